@@ -1,0 +1,123 @@
+// capi/src/guard.hpp: the wall between the ABI and C++. Nothing is thrown, printed or aborted through it.
+#pragma once
+
+#include <immintrin.h>
+
+#include <cstring>
+#include <memory>
+#include <new>
+#include <string>
+
+#include "core/error.hpp"
+#include "runtime/engine.hpp"
+#include "talus.h"
+
+/// The opaque handle.
+struct talus_engine {
+    // Distinguishes a live handle from freed or foreign memory as far as that can be told.
+    static constexpr std::uint64_t kLive = 0x54414c5553454e47ull;
+    std::uint64_t live = kLive;
+    std::unique_ptr<talus::runtime::Engine> engine;
+    mutable std::string message;
+};
+
+namespace talus::capi {
+
+/// The calling thread's last failure without an engine.
+std::string& thread_message();
+
+/// Round to nearest and keep denormals during a call, whatever the host has set; its own modes come back after.
+class FloatModes {
+public:
+    FloatModes() : host_(_mm_getcsr()) { _mm_setcsr(0x1f80); }
+    ~FloatModes() { _mm_setcsr(host_); }
+    FloatModes(const FloatModes&) = delete;
+    FloatModes& operator=(const FloatModes&) = delete;
+
+private:
+    unsigned host_;
+};
+
+/// Run a body and turn what it throws into a status and a message.
+template <class Body>
+talus_status guarded(std::string& message, Body body) noexcept {
+    try {
+        const FloatModes modes;
+        message.clear();
+        return body();
+    } catch (const core::Error& e) {
+        try {
+            message = e.what();
+        } catch (...) {
+        }
+        return static_cast<talus_status>(e.kind());
+    } catch (const std::bad_alloc&) {
+        try {
+            message = "out of memory";
+        } catch (...) {
+        }
+        return TALUS_ERR_CAPACITY;
+    } catch (const std::exception& e) {
+        try {
+            message = e.what();
+        } catch (...) {
+        }
+        return TALUS_ERR_INTERNAL;
+    } catch (...) {
+        return TALUS_ERR_INTERNAL;
+    }
+}
+
+/// Run body(Engine&) on a handle.
+template <class Body>
+talus_status with_engine(const talus_engine* handle, Body body) noexcept {
+    if (handle == nullptr || handle->live != talus_engine::kLive)
+        return guarded(thread_message(), [&]() -> talus_status { core::fail(core::ErrorKind::argument, "the engine handle is {}", handle == nullptr ? "NULL" : "not a live engine"); });
+    return guarded(handle->message, [&]() -> talus_status {
+        body(*handle->engine);
+        return TALUS_OK;
+    });
+}
+
+template <class T>
+void require(const T* pointer, const char* name) {
+    if (pointer == nullptr) core::fail(core::ErrorKind::argument, "{} is NULL", name);
+}
+
+/// Read a caller's struct: what its size covers, over defaults for the rest.
+/// @param defaults made by the struct's _init
+template <class Struct>
+Struct read_struct(const Struct* from, const char* name, Struct defaults) {
+    require(from, name);
+    const std::uint32_t size = from->struct_size;
+    if (size < 2 * sizeof(std::uint32_t) || size > 65536)
+        core::fail(core::ErrorKind::argument, "{}.struct_size = {}: call its _init function before filling it", name, size);
+    std::memcpy(static_cast<void*>(&defaults), from, size < sizeof(Struct) ? size : sizeof(Struct));
+    defaults.struct_size = sizeof(Struct);
+    return defaults;
+}
+
+/// Write to a caller's struct no more than its size covers.
+template <class Struct>
+void write_struct(Struct* to, const char* name, Struct value) {
+    require(to, name);
+    const std::uint32_t size = to->struct_size;
+    if (size < 2 * sizeof(std::uint32_t) || size > 65536)
+        core::fail(core::ErrorKind::argument, "{}.struct_size = {}: call its _init function first", name, size);
+    value.struct_size = size;
+    std::memcpy(static_cast<void*>(to), &value, size < sizeof(Struct) ? size : sizeof(Struct));
+}
+
+template <class Struct>
+talus_status init_struct(Struct* out, Struct value) noexcept {
+    return guarded(thread_message(), [&]() -> talus_status {
+        require(out, "the struct");
+        value.struct_size = sizeof(Struct);
+        *out = value;
+        return TALUS_OK;
+    });
+}
+
+core::Laws to_laws(const talus_laws& l);
+
+} // namespace talus::capi

@@ -1,0 +1,176 @@
+// Stepping, observing, files.
+#include "capi/src/guard.hpp"
+#include "runtime/phase/observe.hpp"
+
+using namespace talus;
+using namespace talus::capi;
+
+namespace {
+
+double share_of_bytes(const runtime::EngineState& s) {
+    const auto bytes = static_cast<double>(s.sub.bytes());
+    return bytes / std::max<double>(1.0, s.sub.n_owned);
+}
+
+void copy_vector(const double* from, const char* name, double (&out)[3]) {
+    require(from, name);
+    for (int a = 0; a < 3; ++a) out[a] = from[a];
+}
+
+} // namespace
+
+extern "C" {
+
+talus_status talus_engine_step(talus_engine* engine, int64_t n_steps, int64_t* out_done) {
+    bool stopped = false;
+    const talus_status status = with_engine(engine, [&](runtime::Engine& e) {
+        std::int64_t done = 0;
+        try {
+            stopped = e.step(n_steps, done);
+        } catch (...) {
+            if (out_done != nullptr) *out_done = done;
+            throw;
+        }
+        if (out_done != nullptr) *out_done = done;
+    });
+    return status == TALUS_OK && stopped ? TALUS_STOPPED : status;
+}
+
+void talus_engine_request_stop(talus_engine* engine) {
+    if (engine != nullptr && engine->live == talus_engine::kLive) engine->engine->request_stop();
+}
+
+talus_status talus_state_init(talus_state* out) { return init_struct(out, talus_state{}); }
+
+talus_status talus_engine_state(talus_engine* engine, talus_state* out_state) {
+    return with_engine(engine, [&](runtime::Engine& e) {
+        runtime::EngineState& s = e.state();
+        talus_state t{};
+        t.threads = s.workers.threads();
+        t.threads_observed = static_cast<int32_t>(s.comm->min(static_cast<double>(s.workers.observed())));
+        t.ranks = s.comm->size();
+        t.step = s.model.step;
+        t.time = s.model.time;
+        t.particles = s.model.n_particles;
+        t.local_particles = s.sub.n_owned;
+        t.ghosts = s.sub.n_ghosts();
+        t.rebuilds = s.counters.rebuilds;
+        t.rebalances = s.counters.rebalances;
+        t.migrations = s.comm->sum(s.counters.migrations);
+        t.imbalance = s.counters.imbalance;
+        t.skin = s.model.skin();
+        t.bytes_per_particle = s.comm->max(share_of_bytes(s));
+        // Counts are all that a poisoned or empty engine can tell.
+        if (!e.poisoned() && s.model.n_particles > 0) {
+            e.prepare();
+            const runtime::Observation o = runtime::observe(s);
+            t.contacts = o.contacts;
+            t.wall_contacts = o.wall_contacts;
+            t.sliding_contacts = o.sliding;
+            t.kinetic_energy = o.kinetic + o.rotational;
+            t.max_speed = o.max_speed;
+            t.unbalanced_force = o.unbalanced;
+            t.max_overlap = o.max_overlap;
+            const core::Digest d = runtime::digest(s);
+            t.digest_lo = d.lo;
+            t.digest_hi = d.hi;
+        }
+        write_struct(out_state, "out_state", t);
+    });
+}
+
+talus_status talus_energy_init(talus_energy* out) { return init_struct(out, talus_energy{}); }
+
+talus_status talus_engine_energy(talus_engine* engine, talus_energy* out_energy) {
+    return with_engine(engine, [&](runtime::Engine& e) {
+        e.prepare();
+        const runtime::Observation o = runtime::observe(e.state());
+        talus_energy t{};
+        t.kinetic = o.kinetic;
+        t.rotational = o.rotational;
+        t.elastic_normal = o.elastic_normal;
+        t.elastic_tangential = o.elastic_tangential;
+        t.elastic_rolling = o.elastic_rolling;
+        t.gravity = o.gravity;
+        for (std::size_t w = 0; w < e.state().model.walls.size(); ++w) t.wall_work += e.wall_work(static_cast<int>(w));
+        t.friction = o.friction;
+        t.damping = o.damping;
+        t.rolling = o.rolling;
+        write_struct(out_energy, "out_energy", t);
+    });
+}
+
+talus_status talus_engine_stress(talus_engine* engine, const double lo[3], const double hi[3], double out_stress[9], double* out_solid_fraction, double* out_coordination) {
+    return with_engine(engine, [&](runtime::Engine& e) {
+        double from[3], to[3];
+        copy_vector(lo, "lo", from);
+        copy_vector(hi, "hi", to);
+        require(out_stress, "out_stress");
+        for (int a = 0; a < 3; ++a)
+            if (!(from[a] < to[a])) core::fail(core::ErrorKind::argument, "the box is empty along {}: {} to {}", "xyz"[a], from[a], to[a]);
+        e.prepare();
+        const runtime::StressObservation o = runtime::observe_stress(e.state(), from, to);
+        for (int k = 0; k < 9; ++k) out_stress[k] = o.stress[k];
+        if (out_solid_fraction != nullptr) *out_solid_fraction = o.solid_fraction;
+        if (out_coordination != nullptr) *out_coordination = o.coordination;
+    });
+}
+
+talus_status talus_engine_internal_force_sum(talus_engine* engine, int64_t out_sum[3], double* out_unit) {
+    return with_engine(engine, [&](runtime::Engine& e) {
+        require(out_sum, "out_sum");
+        e.prepare();
+        std::int64_t sum[3];
+        runtime::internal_force_sum(e.state(), sum);
+        for (int c = 0; c < 3; ++c) out_sum[c] = sum[c];
+        if (out_unit != nullptr) *out_unit = e.state().model.units.force.unit;
+    });
+}
+
+talus_status talus_engine_phases(talus_engine* engine, int32_t* io_count, talus_phase* out_phases) {
+    return with_engine(engine, [&](runtime::Engine& e) {
+        require(io_count, "io_count");
+        require(out_phases, "out_phases");
+        if (*io_count < runtime::kPhases) {
+            const int32_t given = *io_count;
+            *io_count = runtime::kPhases;
+            core::fail(core::ErrorKind::argument, "*io_count = {}: there are {} phases", given, runtime::kPhases);
+        }
+        *io_count = runtime::kPhases;
+        runtime::Communicator& comm = *e.state().comm;
+        for (int p = 0; p < runtime::kPhases; ++p) {
+            const auto mine = e.state().workers.total(static_cast<runtime::Phase>(p));
+            talus_phase t{};
+            t.struct_size = sizeof t;
+            std::strncpy(t.name, runtime::phase_name(static_cast<runtime::Phase>(p)), sizeof t.name - 1);
+            t.min = comm.min(mine.seconds);
+            t.max = comm.max(mine.seconds);
+            t.mean = static_cast<double>(comm.sum(static_cast<std::int64_t>(mine.seconds * 1e9))) * 1e-9 / comm.size();
+            t.calls = mine.calls;
+            out_phases[p] = t;
+        }
+    });
+}
+
+talus_status talus_checkpoint_save(talus_engine* engine, const char* path) {
+    return with_engine(engine, [&](runtime::Engine& e) {
+        require(path, "path");
+        e.save(path);
+    });
+}
+
+talus_status talus_snapshot_write(talus_engine* engine, const char* path) {
+    return with_engine(engine, [&](runtime::Engine& e) {
+        require(path, "path");
+        e.snapshot(path);
+    });
+}
+
+talus_status talus_trace_start(talus_engine* engine, const char* path, int64_t steps) {
+    return with_engine(engine, [&](runtime::Engine& e) {
+        require(path, "path");
+        e.start_trace(path, steps);
+    });
+}
+
+} // extern "C"

@@ -1,0 +1,234 @@
+#include "core/candidate_pairs.hpp"
+
+#include <algorithm>
+#include <limits>
+
+#include "core/contact_lanes.hpp"
+
+namespace talus::core {
+
+namespace {
+
+using Cell = CandidateScratch::Cell;
+
+/// A tile's brick of cells with one layer around it.
+struct Brick {
+    int base[3], extent[3];
+
+    int at(int x, int y, int z) const { return ((x + 1) * (extent[1] + 2) + (y + 1)) * (extent[2] + 2) + (z + 1); }
+    int size() const { return (extent[0] + 2) * (extent[1] + 2) * (extent[2] + 2); }
+};
+
+void look_up_cells(const CandidateSource& s, const Brick& brick, std::vector<Cell>& cells) {
+    const CellGrid& grid = s.order.grid;
+    cells.assign(brick.size(), Cell{});
+    for (int x = -1; x <= brick.extent[0]; ++x)
+        for (int y = -1; y <= brick.extent[1]; ++y)
+            for (int z = -1; z <= brick.extent[2]; ++z) {
+                Cell& cell = cells[brick.at(x, y, z)];
+                int c[3] = {brick.base[0] + x, brick.base[1] + y, brick.base[2] + z};
+                bool exists = true;
+                for (int a = 0; a < 3; ++a) {
+                    if (c[a] >= 0 && c[a] < grid.cells[a]) continue;
+                    exists = exists && grid.wraps[a];
+                    cell.shift[a] = c[a] < 0 ? -grid.period[a] : grid.period[a];
+                    c[a] += c[a] < 0 ? grid.cells[a] : -grid.cells[a];
+                }
+                if (!exists) continue;
+                cell.exists = true;
+                cell.rank = s.order.rank_of(c[0], c[1], c[2]);
+                cell.first = s.cell_first[cell.rank];
+                cell.last = s.cell_first[cell.rank + 1];
+                if (!s.ghost_first.empty()) {
+                    cell.ghost_first = s.ghost_first[cell.rank];
+                    cell.ghost_last = s.ghost_first[cell.rank + 1];
+                }
+            }
+}
+
+/// Number the grains around the brick in the order of their local index, owned ones first, so that the border rows of each
+/// other tile stand together.
+void number_shell(const CandidateSource& s, const Tile& tile, CandidateScratch& scratch) {
+    auto& cells = scratch.cells;
+    auto& order = scratch.order;
+    order.clear();
+    for (std::uint32_t k = 0; k < cells.size(); ++k)
+        if (cells[k].exists) order.push_back(k);
+    std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) { return cells[a].rank < cells[b].rank; });
+
+    scratch.shell.clear();
+    const LocalIndex own_last = tile.first + tile.count;
+    const auto number = [&](auto begin, auto end, auto id, auto particle) {
+        const Cell* before = nullptr;
+        for (const std::uint32_t k : order) {
+            Cell& cell = cells[k];
+            if (before != nullptr && before->rank == cell.rank) {
+                cell.*id = before->*id; // the same cell seen through a wrap
+                continue;
+            }
+            before = &cell;
+            cell.*id = tile.count + static_cast<TileLocal>(scratch.shell.size());
+            for (std::uint32_t g = cell.*begin; g < cell.*end; ++g) scratch.shell.push_back(particle(g));
+        }
+    };
+    // Owned cells of the tile itself need no shell ids: mark them by an empty range while numbering.
+    const Cell* before = nullptr;
+    for (const std::uint32_t k : order) {
+        Cell& cell = cells[k];
+        if (cell.first >= tile.first && cell.last <= own_last && (cell.last > cell.first)) {
+            cell.id = cell.first - tile.first;
+            continue;
+        }
+        if (before != nullptr && before->rank == cell.rank) {
+            cell.id = before->id;
+            continue;
+        }
+        before = &cell;
+        cell.id = tile.count + static_cast<TileLocal>(scratch.shell.size());
+        for (std::uint32_t g = cell.first; g < cell.last; ++g) scratch.shell.push_back(g);
+    }
+    number(&Cell::ghost_first, &Cell::ghost_last, &Cell::ghost_id, [&](std::uint32_t g) { return s.n_owned + s.ghost_order[g]; });
+}
+
+/// Drop the shell grains that no pair uses and renumber the rest.
+void compress_border(const CandidateSource& s, Tile& tile, CandidateScratch& scratch) {
+    constexpr TileLocal kUnused = 0xffffffffu;
+    auto& new_id = scratch.new_id;
+    new_id.assign(scratch.shell.size(), kUnused);
+    for (const CandidatePair& p : tile.pairs.pairs)
+        if (p.b() >= tile.count) new_id[p.b() - tile.count] = 0;
+    tile.index_of.resize(tile.count);
+    for (std::uint32_t k = 0; k < tile.count; ++k) tile.index_of[k] = tile.first + k;
+    tile.n_border = 0;
+    tile.ghost_chunks.clear();
+    for (std::size_t k = 0; k < new_id.size(); ++k) {
+        if (new_id[k] == kUnused) continue;
+        new_id[k] = static_cast<TileLocal>(tile.index_of.size());
+        const LocalIndex p = scratch.shell[k];
+        tile.index_of.push_back(p);
+        if (p < s.n_owned)
+            ++tile.n_border;
+        else
+            tile.ghost_chunks.push_back(s.ghost_chunk[p - s.n_owned]);
+    }
+    std::sort(tile.ghost_chunks.begin(), tile.ghost_chunks.end());
+    tile.ghost_chunks.erase(std::unique(tile.ghost_chunks.begin(), tile.ghost_chunks.end()), tile.ghost_chunks.end());
+    for (CandidatePair& p : tile.pairs.pairs)
+        if (p.b() >= tile.count) p.b_flip = new_id[p.b() - tile.count] | (p.b_flip & CandidatePair::kFlip);
+}
+
+void list_walls(const CandidateSource& s, int history_quads, Tile& tile) {
+    tile.walls.resize(s.walls.size());
+    for (std::size_t w = 0; w < s.walls.size(); ++w) {
+        const WallPlane& wall = s.walls[w];
+        ContactListData& list = tile.walls[w];
+        list.pairs.clear();
+        double clearance = std::numeric_limits<double>::infinity();
+        for (TileLocal k = 0; k < tile.count; ++k) {
+            const Particle& p = s.particles[tile.first + k];
+            const double gap = height_above<double>(wall.point, wall.normal, make_vec3(p.position)) - p.radius;
+            if (gap < s.skin)
+                list.pairs.push_back({k, k});
+            else
+                clearance = std::min(clearance, gap);
+        }
+        tile.wall_clearance[w] = clearance;
+        list.prepare(history_quads);
+    }
+}
+
+} // namespace
+
+void build_candidates(const CandidateSource& s, int history_quads, Tile& tile, CandidateScratch& scratch) {
+    Brick brick;
+    for (int a = 0; a < 3; ++a) {
+        brick.base[a] = s.order.grid.tile_begin(a, tile.index[a]);
+        brick.extent[a] = s.order.grid.tile_begin(a, tile.index[a] + 1) - brick.base[a];
+    }
+    look_up_cells(s, brick, scratch.cells);
+    number_shell(s, tile, scratch);
+
+    auto& pairs = tile.pairs.pairs;
+    pairs.clear();
+    const Particle* const particles = s.particles.data();
+    for (int x = 0; x < brick.extent[0]; ++x)
+        for (int y = 0; y < brick.extent[1]; ++y)
+            for (int z = 0; z < brick.extent[2]; ++z) {
+                const Cell& home = scratch.cells[brick.at(x, y, z)];
+                if (home.first == home.last) continue;
+                const Cell* around[27];
+                for (int o = 0; o < 27; ++o) around[o] = &scratch.cells[brick.at(x + o / 9 - 1, y + o / 3 % 3 - 1, z + o % 3 - 1)];
+                constexpr int kHome = 13; // offsets after it in this order are the forward half
+                for (std::uint32_t i = home.first; i < home.last; ++i) {
+                    const Particle& a = particles[i];
+                    const TileLocal a_id = i - tile.first;
+                    const double reach = a.radius + s.skin;
+                    const auto consider = [&](const Particle& b, TileLocal b_id, double sx, double sy, double sz) {
+                        const double dx = a.position[0] - (b.position[0] + sx), dy = a.position[1] - (b.position[1] + sy),
+                                     dz = a.position[2] - (b.position[2] + sz);
+                        const double near = reach + b.radius;
+                        if (dx * dx + dy * dy + dz * dz < near * near)
+                            pairs.push_back({a_id, b_id | (b.label < a.label ? CandidatePair::kFlip : 0u)});
+                    };
+                    for (std::uint32_t j = i + 1; j < home.last; ++j) consider(particles[j], j - tile.first, 0.0, 0.0, 0.0);
+                    for (int o = kHome + 1; o < 27; ++o) {
+                        const Cell& cell = *around[o];
+                        for (std::uint32_t j = cell.first; j < cell.last; ++j)
+                            consider(particles[j], cell.id + (j - cell.first), cell.shift[0], cell.shift[1], cell.shift[2]);
+                    }
+                    for (const Cell* cell : around)
+                        for (std::uint32_t g = cell->ghost_first; g < cell->ghost_last; ++g) {
+                            const std::uint32_t ghost = s.ghost_order[g];
+                            const Vec3d& shift = s.ghost_shift[ghost];
+                            consider(particles[s.n_owned + ghost], cell->ghost_id + (g - cell->ghost_first), shift.x + cell->shift[0],
+                                     shift.y + cell->shift[1], shift.z + cell->shift[2]);
+                        }
+                }
+            }
+    compress_border(s, tile, scratch);
+    tile.pairs.prepare(history_quads);
+    list_walls(s, history_quads, tile);
+    tile.sums.assign(tile.index_of.size(), ForceSum{});
+    tile.wall_sums.assign(s.walls.size(), WallSum{});
+}
+
+void link_borders(std::vector<Tile>& tiles) {
+    for (Tile& t : tiles) t.incoming.clear();
+    for (std::size_t t = 0; t < tiles.size(); ++t) {
+        const Tile& tile = tiles[t];
+        TileLocal id = tile.count;
+        const TileLocal end = tile.count + tile.n_border;
+        while (id < end) {
+            const LocalIndex p = tile.index_of[id];
+            auto owner = std::upper_bound(tiles.begin(), tiles.end(), p, [](LocalIndex v, const Tile& u) { return v < u.first + u.count; });
+            TileLocal last = id;
+            while (last < end && tile.index_of[last] < owner->first + owner->count) ++last;
+            owner->incoming.push_back({static_cast<int>(t), id, last - id});
+            id = last;
+        }
+    }
+}
+
+void link_neighbours(const CellOrder& order, std::vector<Tile>& tiles) {
+    const CellGrid& g = order.grid;
+    for (int t = 0; t < g.n_tiles(); ++t) {
+        Tile& tile = tiles[t];
+        tile.neighbours.clear();
+        for (int o = 0; o < 27; ++o) {
+            int c[3] = {tile.index[0] + o / 9 - 1, tile.index[1] + o / 3 % 3 - 1, tile.index[2] + o % 3 - 1};
+            bool exists = true;
+            for (int a = 0; a < 3; ++a) {
+                if (c[a] >= 0 && c[a] < g.tiles[a]) continue;
+                exists = exists && g.wraps[a];
+                c[a] = (c[a] + g.tiles[a]) % g.tiles[a];
+            }
+            if (!exists) continue;
+            const int u = order.tile_index(c[0], c[1], c[2]);
+            if (u != t) tile.neighbours.push_back(u);
+        }
+        std::sort(tile.neighbours.begin(), tile.neighbours.end());
+        tile.neighbours.erase(std::unique(tile.neighbours.begin(), tile.neighbours.end()), tile.neighbours.end());
+    }
+}
+
+} // namespace talus::core

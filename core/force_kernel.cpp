@@ -1,0 +1,23 @@
+#include "core/force_kernel.hpp"
+
+namespace talus::core {
+
+KernelSet select_scalar(const Laws& laws, bool ledger);
+KernelSet select_avx2(const Laws& laws, bool ledger);
+
+KernelSet select_kernels(const Laws& laws, bool ledger, KernelWidth width) {
+    return width == KernelWidth::scalar ? select_scalar(laws, ledger) : select_avx2(laws, ledger);
+}
+
+const char* laws_fault(const Laws& l) {
+    if (l.rolling == RollingLaw::spring && l.rolling_radius == RollingRadius::own)
+        return "rolling_radius OWN goes with the constant torque (type A) only: the spring (type C) keeps one moment for both grains; use EFFECTIVE";
+    if (l.normal == NormalLaw::linear && !(l.stiffness_n > 0.0))
+        return "the linear law needs stiffness_n > 0 [N/m]";
+    if (l.normal == NormalLaw::linear && !(l.stiffness_t >= 0.0)) return "stiffness_t must be >= 0 [N/m]; 0 takes 2/7 of stiffness_n";
+    if (l.rolling == RollingLaw::constant && !(l.rolling_rate > 0.0)) return "rolling_rate must be > 0 [rad/s]";
+    if (l.rolling == RollingLaw::spring && !(l.rolling_damping >= 0.0)) return "rolling_damping must be >= 0 [1]";
+    return nullptr;
+}
+
+} // namespace talus::core

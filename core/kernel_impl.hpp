@@ -1,0 +1,317 @@
+// core/kernel_impl.hpp: the body of the force kernels, a template over the lanes and the law. Included by one source a width.
+#pragma once
+
+#include <array>
+#include <bit>
+#include <limits>
+
+#include "core/contact_lanes.hpp"
+#include "core/error.hpp"
+#include "core/force_kernel.hpp"
+#include "core/law/choose.hpp"
+
+namespace talus::core::kernel {
+
+/// Positions of the set bits of every byte, for compaction.
+inline constexpr auto kBitPositions = [] {
+    std::array<std::array<std::uint8_t, 8>, 256> t{};
+    for (int m = 0; m < 256; ++m)
+        for (int b = 0, n = 0; b < 8; ++b)
+            if (m >> b & 1) t[m][n++] = static_cast<std::uint8_t>(b);
+    return t;
+}();
+
+/// Append first + (positions of the bits of `mask`) to out; writes 8 entries, returns how many count.
+inline int append_bits(unsigned mask, std::uint32_t first, std::uint32_t* out) {
+    const auto& positions = kBitPositions[mask];
+    for (int k = 0; k < 8; ++k) out[k] = first + positions[k];
+    return std::popcount(mask);
+}
+
+/// Stage 1: find the touching entries of a list. `touch8(first)` gives the touching bits of eight entries.
+/// @return how many indices stand in scratch.touching, which is padded by repeating the last one for a whole batch
+template <int kHistory, class Touch8>
+inline std::uint32_t filter(const ContactList& list, bool advance, int batch, KernelScratch& scratch, Touch8 touch8) {
+    auto& found = scratch.touching;
+    if (found.size() < list.count + 16) found.resize(list.count + 16);
+    std::uint32_t n = 0;
+    for (std::uint32_t first = 0; first < list.count; first += 8) {
+        const std::uint32_t left = list.count - first;
+        unsigned mask = touch8(first);
+        if (left < 8) mask &= (1u << left) - 1u;
+        std::uint8_t& stored = list.touching[first / 8];
+        if constexpr (kHistory > 0) {
+            // A contact begins: its row is void until now.
+            for (unsigned fresh = mask & ~stored & 0xffu; fresh != 0; fresh &= fresh - 1) {
+                double* row = list.history + static_cast<std::size_t>(first + std::countr_zero(fresh)) * kHistory;
+                for (int c = 0; c < kHistory; ++c) row[c] = 0.0;
+            }
+        }
+        if (advance) stored = static_cast<std::uint8_t>(mask);
+        n += append_bits(mask, first, found.data() + n);
+    }
+    if (n > 0)
+        for (std::uint32_t k = n; k % batch != 0; ++k) found[k] = found[n - 1];
+    return n;
+}
+
+template <class V>
+inline StepConstants<V> step_constants(const ForceContext& c) {
+    const double floor = c.laws.damping == Damping::clipped ? 0.0 : -std::numeric_limits<double>::infinity();
+    return {splat<V>(c.dt), splat<V>(floor), splat<V>(c.laws.rolling_rate)};
+}
+
+template <class V, class Law>
+inline ContactHistory<V> load_history(const double* history, const std::uint32_t* entry) {
+    ContactHistory<V> h{};
+    if constexpr (Law::kHistoryDoubles > 0) {
+        const double* rows[kLanes<V>];
+        V q[4];
+        for (int l = 0; l < kLanes<V>; ++l) rows[l] = history + static_cast<std::size_t>(entry[l]) * Law::kHistoryDoubles;
+        load_columns(rows, q);
+        h.tangential = {{q[0], q[1], q[2]}, q[3]};
+        if constexpr (Law::kHistoryDoubles > 4) {
+            for (int l = 0; l < kLanes<V>; ++l) rows[l] += 4;
+            load_columns(rows, q);
+            h.rolling = {q[0], q[1], q[2]};
+        }
+    }
+    return h;
+}
+
+template <class V, class Law>
+inline void store_history(const ContactHistory<V>& h, double* history, const std::uint32_t* entry, int lanes) {
+    if constexpr (Law::kHistoryDoubles > 0) {
+        alignas(64) double rows[kLanes<V>][4];
+        const auto put = [&](const V(&columns)[4], int offset) {
+            to_rows(columns, rows);
+            for (int l = 0; l < lanes; ++l) {
+                double* row = history + static_cast<std::size_t>(entry[l]) * Law::kHistoryDoubles + offset;
+                for (int c = 0; c < 4; ++c) row[c] = rows[l][c];
+            }
+        };
+        put({h.tangential.vector.x, h.tangential.vector.y, h.tangential.vector.z, h.tangential.last}, 0);
+        if constexpr (Law::kHistoryDoubles > 4) put({h.rolling.x, h.rolling.y, h.rolling.z, splat<V>(0.0)}, 4);
+    }
+}
+
+/// Three columns of a force or torque as integer rows (x, y, z, 0).
+template <class V>
+inline void integer_rows(const Vec3<V>& v, double scale, std::int64_t (&rows)[kLanes<V>][4]) {
+    using Int = typename Lanes<V>::Int;
+    const V s = splat<V>(scale);
+    const Int columns[4] = {to_integer(v.x * s), to_integer(v.y * s), to_integer(v.z * s), Int{}};
+    to_rows(columns, rows);
+}
+
+/// Bits of lanes whose force passes the cap in some component, or is not a number.
+template <class V>
+inline unsigned breaches(const Vec3<V>& force, double scale) {
+    const V s = splat<V>(scale), cap = splat<V>(kCapUnits);
+    // Not-a-number fails every comparison, so the test is for what is right.
+    const auto fine = (magnitude(force.x * s) <= cap) & (magnitude(force.y * s) <= cap) & (magnitude(force.z * s) <= cap);
+    return ~bits_of(fine) & ((1u << kLanes<V>)-1u);
+}
+
+inline void add_row(std::int64_t* sum, const std::int64_t* row) {
+    for (int c = 0; c < 4; ++c) sum[c] += row[c];
+}
+inline void subtract_row(std::int64_t* sum, const std::int64_t* row) {
+    for (int c = 0; c < 4; ++c) sum[c] -= row[c];
+}
+
+template <class V>
+inline void add_heat(const Dissipation<V>& d, double scale, unsigned lanes, HeatSum& heat) {
+    alignas(64) std::int64_t rows[kLanes<V>][4];
+    integer_rows(Vec3<V>{d.friction, d.damping, d.rolling}, scale, rows);
+    for (int l = 0; l < kLanes<V>; ++l) {
+        if ((lanes >> l & 1) == 0) continue;
+        heat.friction += rows[l][0];
+        heat.damping += rows[l][1];
+        heat.rolling += rows[l][2];
+    }
+}
+
+inline void note_breach(CapBreach& breach, Label i, Label j, double force) {
+    // The pair with the smallest labels is named, whatever the order of evaluation.
+    if (breach.found && (breach.i < i || (breach.i == i && breach.j <= j))) return;
+    breach = {true, i, j, force};
+}
+
+template <class V>
+inline double lane(V v, int l) {
+    if constexpr (kLanes<V> == 1)
+        return v;
+    else
+        return v[l];
+}
+
+template <class V, class Law, bool kLedger>
+void pair_forces(const ForceContext& context, const TileForces& tile, KernelScratch& scratch, HeatSum& heat, CapBreach& breach) {
+    constexpr int W = kLanes<V>;
+    constexpr bool kInertia = Law::kHistoryDoubles > 4;
+    // What the loop reads of the context and the tile, as locals: stores of sums cannot alias them.
+    const Particle* const particles = tile.particles;
+    const LocalIndex* const index_of = tile.index_of;
+    ForceSum* const sums = tile.sums;
+    const ContactList list = tile.contacts;
+    const Periods periods = context.periods;
+    const double force_scale = context.units.force.scale, torque_scale = context.units.torque.scale;
+    const bool own_radius = context.laws.rolling_radius == RollingRadius::own;
+    const bool one_material = context.n_materials == 1, advance = context.advance;
+    const StepConstants<V> constants = step_constants<V>(context);
+    const ContactParameters<V> shared = splat_parameters<V>(context.pairs[0][0]);
+
+    const auto touch8 = [&](std::uint32_t first) {
+        unsigned mask = 0;
+        for (int part = 0; part < 8; part += W) {
+            const double *a[W], *b[W];
+            for (int l = 0; l < W; ++l) {
+                const CandidatePair pair = list.pairs[first + part + l];
+                a[l] = particles[index_of[pair.a]].position;
+                b[l] = particles[index_of[pair.b()]].position;
+            }
+            V p[4], q[4];
+            load_columns(a, p);
+            load_columns(b, q);
+            mask |= bits_of(touches<V>(periods, {p[0], p[1], p[2]}, p[3], {q[0], q[1], q[2]}, q[3])) << part;
+        }
+        return mask;
+    };
+    const std::uint32_t n = filter<Law::kHistoryDoubles>(list, advance, W, scratch, touch8);
+    const std::uint32_t* const found = scratch.touching.data();
+
+    for (std::uint32_t k = 0; k < n; k += W) {
+        const int lanes = n - k < static_cast<std::uint32_t>(W) ? static_cast<int>(n - k) : W;
+        const Particle *pi[W], *pj[W];
+        TileLocal ti[W], tj[W];
+        for (int l = 0; l < W; ++l) {
+            const CandidatePair pair = list.pairs[found[k + l]];
+            const TileLocal a = pair.a, b = pair.b();
+            ti[l] = pair.flipped() ? b : a;
+            tj[l] = pair.flipped() ? a : b;
+            pi[l] = &particles[index_of[ti[l]]];
+            pj[l] = &particles[index_of[tj[l]]];
+        }
+        const GrainLanes<V> gi = load_grains<V>(pi), gj = load_grains<V>(pj);
+        const ContactGeometry<V> g = pair_geometry<kInertia>(periods, gi, gj, own_radius);
+        ContactParameters<V> parameters = shared;
+        if (!one_material) {
+            const PairParameters* tables[W];
+            for (int l = 0; l < W; ++l) tables[l] = &context.pairs[material_of(*pi[l])][material_of(*pj[l])];
+            parameters = load_parameters<V>(tables);
+        }
+        ContactHistory<V> history = load_history<V, Law>(list.history, found + k);
+        Dissipation<V> dissipated;
+        const ContactForce<V> f = Law::evaluate(g, parameters, constants, history, kLedger ? &dissipated : nullptr);
+
+        if (const unsigned bad = breaches(f.force, force_scale) & ((1u << lanes) - 1u); bad != 0) [[unlikely]] {
+            const V size = square_root(dot(f.force, f.force));
+            for (int l = 0; l < lanes; ++l)
+                if (bad >> l & 1) note_breach(breach, pi[l]->label, pj[l]->label, lane(size, l));
+            continue;
+        }
+        const Vec3<V> twist = cross(g.normal, f.tangential);
+        alignas(64) std::int64_t force[W][4], torque_i[W][4], torque_j[W][4];
+        integer_rows(f.force, force_scale, force);
+        integer_rows(fnma(twist, gi.radius, f.moment_i), torque_scale, torque_i);
+        integer_rows(fnma(twist, gj.radius, f.moment_j), torque_scale, torque_j);
+        for (int l = 0; l < lanes; ++l) {
+            ForceSum& si = sums[ti[l]];
+            ForceSum& sj = sums[tj[l]];
+            add_row(si.force, force[l]);
+            add_row(si.torque, torque_i[l]);
+            subtract_row(sj.force, force[l]);
+            add_row(sj.torque, torque_j[l]);
+        }
+        if (advance) store_history<V, Law>(history, list.history, found + k, lanes);
+        if constexpr (kLedger) {
+            // A pair across subdomains is evaluated on both; its heat counts where its smaller label lives.
+            unsigned owned = 0;
+            for (int l = 0; l < lanes; ++l) owned |= (index_of[ti[l]] < tile.n_owned ? 1u : 0u) << l;
+            add_heat(dissipated, torque_scale, owned, heat);
+        }
+    }
+}
+
+template <class V, class Law, bool kLedger>
+void wall_forces(const ForceContext& context, const WallPlane& wall, int wall_id, const TileForces& tile, KernelScratch& scratch,
+                 WallSum& sum, HeatSum& heat, CapBreach& breach) {
+    constexpr int W = kLanes<V>;
+    constexpr bool kInertia = Law::kHistoryDoubles > 4;
+    const Particle* const particles = tile.particles;
+    const LocalIndex* const index_of = tile.index_of;
+    const ContactList list = tile.contacts;
+    const double force_scale = context.units.force.scale, torque_scale = context.units.torque.scale;
+    const StepConstants<V> constants = step_constants<V>(context);
+
+    const auto touch8 = [&](std::uint32_t first) {
+        unsigned mask = 0;
+        for (int part = 0; part < 8; part += W) {
+            const double* a[W];
+            for (int l = 0; l < W; ++l) a[l] = particles[index_of[list.pairs[first + part + l].a]].position;
+            V p[4];
+            load_columns(a, p);
+            mask |= bits_of(height_above<V>(wall.point, wall.normal, {p[0], p[1], p[2]}) < p[3]) << part;
+        }
+        return mask;
+    };
+    const std::uint32_t n = filter<Law::kHistoryDoubles>(list, context.advance, W, scratch, touch8);
+    const std::uint32_t* const found = scratch.touching.data();
+    sum.contacts += n;
+
+    for (std::uint32_t k = 0; k < n; k += W) {
+        const int lanes = n - k < static_cast<std::uint32_t>(W) ? static_cast<int>(n - k) : W;
+        const Particle* pi[W];
+        const PairParameters* tables[W];
+        for (int l = 0; l < W; ++l) {
+            pi[l] = &particles[index_of[list.pairs[found[k + l]].a]];
+            tables[l] = &context.pairs[material_of(*pi[l])][wall.material];
+        }
+        const GrainLanes<V> gi = load_grains<V>(pi);
+        const ContactGeometry<V> g = wall_geometry<kInertia>(wall.point, wall.normal, wall.velocity, gi);
+        ContactHistory<V> history = load_history<V, Law>(list.history, found + k);
+        Dissipation<V> dissipated;
+        const ContactForce<V> f = Law::evaluate(g, load_parameters<V>(tables), constants, history, kLedger ? &dissipated : nullptr);
+
+        if (const unsigned bad = breaches(f.force, force_scale) & ((1u << lanes) - 1u); bad != 0) [[unlikely]] {
+            const V size = square_root(dot(f.force, f.force));
+            for (int l = 0; l < lanes; ++l)
+                if (bad >> l & 1) note_breach(breach, pi[l]->label, kWallLabel + wall_id, lane(size, l));
+            continue;
+        }
+        const Vec3<V> twist = cross(g.normal, f.tangential);
+        const Vec3<V> at = fnma(g.normal, gi.radius - g.overlap, gi.position);
+        alignas(64) std::int64_t force[W][4], torque[W][4], about_origin[W][4];
+        integer_rows(f.force, force_scale, force);
+        integer_rows(fnma(twist, gi.radius, f.moment_i), torque_scale, torque);
+        integer_rows(cross(at, f.force), context.units.wall_torque.scale, about_origin);
+        for (int l = 0; l < lanes; ++l) {
+            ForceSum& si = tile.sums[list.pairs[found[k + l]].a];
+            add_row(si.force, force[l]);
+            add_row(si.torque, torque[l]);
+            for (int c = 0; c < 3; ++c) {
+                sum.force[c] -= force[l][c];
+                sum.torque[c] -= about_origin[l][c];
+            }
+        }
+        if (context.advance) store_history<V, Law>(history, list.history, found + k, lanes);
+        if constexpr (kLedger) add_heat(dissipated, torque_scale, (1u << lanes) - 1u, heat);
+    }
+}
+
+/// What choose_law() makes of a law: the kernels at a width.
+template <class V, bool kLedger>
+struct MakeKernels {
+    template <class Law>
+    static KernelSet make() {
+        return {&pair_forces<V, Law, kLedger>, &wall_forces<V, Law, kLedger>};
+    }
+};
+
+template <class V>
+KernelSet choose(const Laws& l, bool ledger) {
+    return ledger ? choose_law<MakeKernels<V, true>>(l) : choose_law<MakeKernels<V, false>>(l);
+}
+
+} // namespace talus::core::kernel

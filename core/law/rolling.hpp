@@ -1,0 +1,58 @@
+// core/law/rolling.hpp: the torque against rolling.
+// Source   Ai, Chen, Rotter and Ooi (2011): type A (constant directional torque) and type C (elastic-plastic spring-dashpot);
+//          physics.md section 4.
+// Symbols  w_r [rad/s] relative angular velocity without its part along n; R_r [m] R* or, type A on request, own radius
+// History  type C: row (x, y, z, 0): the spring's moment on i [N m]
+// Sign     returns the moment on i; j gets the opposite (type A with own radius: its own)
+// Limits   type A falls to zero with w_r below `rate`: on a slope it creeps, bounded by rate; it cannot hold exactly
+// Needs    rolling rate, normal force (its repulsive part), type C: secant stiffness, rolling inertia, time step
+#pragma once
+
+#include "core/constants.hpp"
+#include "core/law/normal.hpp"
+
+namespace talus::core {
+
+template <class V>
+struct Moments {
+    Vec3<V> on_i, on_j;
+};
+
+struct NoRolling {
+    static constexpr bool kHasHistory = false;
+};
+
+struct ConstantRolling {
+    static constexpr bool kHasHistory = false;
+
+    template <class V>
+    static Moments<V> evaluate(const ContactGeometry<V>& g, const NormalForce<V>& n, const ContactParameters<V>& p, V rate) {
+        const V speed = square_root(dot(g.rolling_rate, g.rolling_rate));
+        const V m = p.rolling_friction * larger(n.total, splat<V>(0.0)) / larger(speed, rate);
+        return {g.rolling_rate * (-m * g.rolling_radius_i), g.rolling_rate * (m * g.rolling_radius_j)};
+    }
+};
+
+struct SpringRolling {
+    static constexpr bool kHasHistory = true;
+
+    /// @param moment  history in and out
+    template <class V>
+    static Moments<V> evaluate(const ContactGeometry<V>& g, const NormalForce<V>& n, const ContactParameters<V>& p, V dt, Vec3<V>& moment) {
+        const V lever = p.rolling_friction * g.radius_eff;
+        const V stiffness = splat<V>(kRollingStiffness) * n.secant * (lever * lever);
+        const V cap = lever * larger(n.total, splat<V>(0.0));
+        const V zero = splat<V>(0.0);
+        Vec3<V> spring = turn_into_plane(moment, g.normal, splat<V>(1.0), splat<V>(1.0));
+        spring = fnma(g.rolling_rate, stiffness * dt, spring);
+        const V square = dot(spring, spring);
+        const auto mobilised = square > cap * cap;
+        const V factor = select(mobilised, cap / square_root(larger(square, splat<V>(kTiny))), splat<V>(1.0));
+        const V damping = select(mobilised | (cap <= zero), zero, splat<V>(2.0) * p.rolling_damping * square_root(g.rolling_inertia * stiffness));
+        moment = spring * factor;
+        const Vec3<V> on_i = fnma(g.rolling_rate, damping, moment);
+        return {on_i, -on_i};
+    }
+};
+
+} // namespace talus::core

@@ -1,0 +1,99 @@
+// core/law/tangential.hpp: the force across the line of centres, with memory.
+// Source   Mindlin (1949) no-slip stiffness k_t = 8 G* a; Coulomb cap; physics.md section 3.
+// History  row (x, y, z, s): the spring force Fs [N] (or the displacement xi [m]) in the world frame, and |s| = the contact
+//          radius of the last step, s < 0 when the contact slid in it. Zero on first touch, dropped on separation. Each step
+//          the vector is carried into the new tangent plane keeping its length.
+// Sign     returns the force on i
+// Energy   force_rescaled and the linear law never gain; displacement with Hertz gains up to 0.2 % at e = 1, mu 0.6, because
+//          k_t grows while xi is stored (that is what LAMMPS `mindlin` and LIGGGHTS do)
+// Limits   mu = 0 or Fn = 0: no force and no history
+// Needs    slip velocity, normal result, history row, time step
+#pragma once
+
+#include "core/law/normal.hpp"
+
+namespace talus::core {
+
+template <class V>
+struct TangentialRow {
+    Vec3<V> vector;
+    V last; // |last| contact radius of the step before, sign: slid
+};
+
+template <class V>
+struct TangentialForce {
+    Vec3<V> force;  // N on i
+    Vec3<V> spring; // N, its elastic part
+    Mask<V> sliding;
+};
+
+/// The Coulomb cap on spring + damping; what is left in the spring is returned with it.
+template <class V>
+inline TangentialForce<V> cap_at_friction(const Vec3<V>& spring, const Vec3<V>& slip, V damping, V cap) {
+    const Vec3<V> trial = fnma(slip, damping, spring);
+    const V square = dot(trial, trial);
+    const V zero = splat<V>(0.0);
+    TangentialForce<V> r;
+    r.sliding = square > cap * cap;
+    const V factor = cap / square_root(larger(square, splat<V>(kTiny)));
+    const auto component = [&](V t, V s, V v, V& force, V& kept) {
+        force = select(r.sliding, t * factor, t);
+        kept = select(r.sliding, fma(damping, v, force), s);
+        kept = select(cap > zero, kept, zero);
+    };
+    component(trial.x, spring.x, slip.x, r.force.x, r.spring.x);
+    component(trial.y, spring.y, slip.y, r.force.y, r.spring.y);
+    component(trial.z, spring.z, slip.z, r.force.z, r.spring.z);
+    return r;
+}
+
+/// Force history; kRescale: Fs shrinks with the contact radius, so that unloading gives back no more than was stored.
+template <bool kRescale>
+struct ForceHistory {
+    static constexpr bool kHasHistory = true;
+
+    template <class V>
+    static TangentialForce<V> evaluate(const ContactGeometry<V>& g, const NormalForce<V>& n, V friction, V dt, TangentialRow<V>& row) {
+        Vec3<V> spring;
+        if constexpr (kRescale) {
+            const V last = magnitude(row.last), least = smaller(n.contact_radius, last);
+            spring = turn_into_plane(row.vector, g.normal, least * least, last * last);
+        } else {
+            spring = turn_into_plane(row.vector, g.normal, splat<V>(1.0), splat<V>(1.0));
+        }
+        spring = fnma(g.slip_velocity, n.stiffness_t * dt, spring);
+        auto r = cap_at_friction(spring, g.slip_velocity, n.damping_t, friction * magnitude(n.total));
+        row.vector = r.spring;
+        row.last = select(r.sliding, -n.contact_radius, n.contact_radius);
+        return r;
+    }
+    /// The spring's force and stiffness in the last step, for energies.
+    static Vec3d spring_force(const TangentialRow<double>& row, double /*stiffness*/) { return row.vector; }
+};
+
+struct DisplacementHistory {
+    static constexpr bool kHasHistory = true;
+
+    template <class V>
+    static TangentialForce<V> evaluate(const ContactGeometry<V>& g, const NormalForce<V>& n, V friction, V dt, TangentialRow<V>& row) {
+        Vec3<V> xi = turn_into_plane(row.vector, g.normal, splat<V>(1.0), splat<V>(1.0));
+        xi = fma(g.slip_velocity, dt, xi);
+        const V k = n.stiffness_t;
+        const V cap = friction * magnitude(n.total);
+        const auto r = cap_at_friction(xi * -k, g.slip_velocity, n.damping_t, cap);
+        const V zero = splat<V>(0.0);
+        const V inverse = splat<V>(-1.0) / larger(k, splat<V>(kTiny));
+        const auto keep = r.sliding | (cap <= zero);
+        row.vector = {select(keep, r.spring.x * inverse, xi.x), select(keep, r.spring.y * inverse, xi.y),
+                      select(keep, r.spring.z * inverse, xi.z)};
+        row.last = select(r.sliding, -n.contact_radius, n.contact_radius);
+        return r;
+    }
+    static Vec3d spring_force(const TangentialRow<double>& row, double stiffness) { return row.vector * -stiffness; }
+};
+
+struct Frictionless {
+    static constexpr bool kHasHistory = false;
+};
+
+} // namespace talus::core

@@ -1,0 +1,125 @@
+// core/simd.hpp: the few vector operations that the laws and kernels use, for 1, 4 and 8 doubles.
+//
+// Every operation is exact in IEEE-754 or correctly rounded (+ - * / sqrt fma), so a value does not depend on the width
+// it was computed at: the scalar instantiation of a law is the reference of the vector ones, to the bit. GCC and clang
+// vector extensions give the operators; only what they lack stands here. Laws are templates over the value type V
+// (double, V4, V8) and use nothing else.
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+#include <immintrin.h>
+
+namespace talus::core {
+
+using V4 = double __attribute__((vector_size(32)));
+using I4 = std::int64_t __attribute__((vector_size(32)));
+
+template <class V>
+struct Lanes;
+template <>
+struct Lanes<double> {
+    static constexpr int kWidth = 1;
+    using Mask = bool;
+    using Int = std::int64_t;
+};
+template <>
+struct Lanes<V4> {
+    static constexpr int kWidth = 4;
+    using Mask = I4;
+    using Int = I4;
+};
+
+template <class V>
+inline constexpr int kLanes = Lanes<V>::kWidth;
+template <class V>
+using Mask = typename Lanes<V>::Mask;
+
+template <class V>
+inline V splat(double a);
+template <>
+inline double splat<double>(double a) { return a; }
+template <>
+inline V4 splat<V4>(double a) { return V4{a, a, a, a}; }
+
+inline double square_root(double a) { return std::sqrt(a); }
+inline V4 square_root(V4 a) { return (V4)_mm256_sqrt_pd((__m256d)a); }
+
+/// a*b + c, rounded once.
+inline double fma(double a, double b, double c) { return __builtin_fma(a, b, c); }
+inline V4 fma(V4 a, V4 b, V4 c) { return (V4)_mm256_fmadd_pd((__m256d)a, (__m256d)b, (__m256d)c); }
+/// c - a*b, rounded once.
+inline double fnma(double a, double b, double c) { return __builtin_fma(-a, b, c); }
+inline V4 fnma(V4 a, V4 b, V4 c) { return (V4)_mm256_fnmadd_pd((__m256d)a, (__m256d)b, (__m256d)c); }
+
+/// b if either is not a number or both are zero, else the larger (the rule of MAXPD; likewise for the smaller).
+inline double larger(double a, double b) { return a > b ? a : b; }
+inline V4 larger(V4 a, V4 b) { return (V4)_mm256_max_pd((__m256d)a, (__m256d)b); }
+inline double smaller(double a, double b) { return a < b ? a : b; }
+inline V4 smaller(V4 a, V4 b) { return (V4)_mm256_min_pd((__m256d)a, (__m256d)b); }
+
+inline double magnitude(double a) { return std::fabs(a); }
+inline V4 magnitude(V4 a) { return (V4)_mm256_andnot_pd(_mm256_set1_pd(-0.0), (__m256d)a); }
+
+inline double select(bool m, double a, double b) { return m ? a : b; }
+inline V4 select(I4 m, V4 a, V4 b) { return (V4)_mm256_blendv_pd((__m256d)b, (__m256d)a, (__m256d)m); }
+
+/// One bit a lane.
+inline unsigned bits_of(bool m) { return m ? 1u : 0u; }
+inline unsigned bits_of(I4 m) { return static_cast<unsigned>(_mm256_movemask_pd((__m256d)m)); }
+
+/// 1.5 * 2^52: adding it rounds a double below 2^51 to an integer held in the low mantissa bits, ties to even.
+inline constexpr double kRoundMagic = 6755399441055744.0;
+
+/// Nearest integer, ties to even, for |a| < 2^51.
+template <class V>
+inline V nearest(V a) {
+    const V magic = splat<V>(kRoundMagic);
+    return (a + magic) - magic;
+}
+
+/// Nearest integer as int64, ties to even, for |a| < 2^51.
+inline std::int64_t to_integer(double a) {
+    return __builtin_bit_cast(std::int64_t, a + kRoundMagic) - __builtin_bit_cast(std::int64_t, kRoundMagic);
+}
+inline I4 to_integer(V4 a) {
+    const V4 magic = splat<V4>(kRoundMagic);
+    return (I4)(a + magic) - (I4)magic;
+}
+
+/// Load four consecutive doubles of each of W rows and return the four columns.
+inline void load_columns(const double* const* rows, double (&out)[4]) {
+    for (int c = 0; c < 4; ++c) out[c] = rows[0][c];
+}
+inline void transpose(__m256d r0, __m256d r1, __m256d r2, __m256d r3, __m256d (&out)[4]) {
+    const __m256d t0 = _mm256_unpacklo_pd(r0, r1), t1 = _mm256_unpackhi_pd(r0, r1);
+    const __m256d t2 = _mm256_unpacklo_pd(r2, r3), t3 = _mm256_unpackhi_pd(r2, r3);
+    out[0] = _mm256_permute2f128_pd(t0, t2, 0x20);
+    out[1] = _mm256_permute2f128_pd(t1, t3, 0x20);
+    out[2] = _mm256_permute2f128_pd(t0, t2, 0x31);
+    out[3] = _mm256_permute2f128_pd(t1, t3, 0x31);
+}
+inline void load_columns(const double* const* rows, V4 (&out)[4]) {
+    __m256d c[4];
+    transpose(_mm256_load_pd(rows[0]), _mm256_load_pd(rows[1]), _mm256_load_pd(rows[2]), _mm256_load_pd(rows[3]), c);
+    for (int k = 0; k < 4; ++k) out[k] = (V4)c[k];
+}
+/// The inverse: four columns to W rows of four.
+inline void to_rows(const double (&columns)[4], double (&rows)[1][4]) {
+    for (int c = 0; c < 4; ++c) rows[0][c] = columns[c];
+}
+inline void to_rows(const V4 (&columns)[4], double (&rows)[4][4]) {
+    __m256d r[4];
+    transpose((__m256d)columns[0], (__m256d)columns[1], (__m256d)columns[2], (__m256d)columns[3], r);
+    for (int k = 0; k < 4; ++k) _mm256_store_pd(rows[k], r[k]);
+}
+inline void to_rows(const std::int64_t (&columns)[4], std::int64_t (&rows)[1][4]) {
+    for (int c = 0; c < 4; ++c) rows[0][c] = columns[c];
+}
+inline void to_rows(const I4 (&columns)[4], std::int64_t (&rows)[4][4]) {
+    __m256d r[4];
+    transpose((__m256d)columns[0], (__m256d)columns[1], (__m256d)columns[2], (__m256d)columns[3], r);
+    for (int k = 0; k < 4; ++k) _mm256_store_pd(reinterpret_cast<double*>(rows[k]), r[k]);
+}
+
+} // namespace talus::core

@@ -1,0 +1,48 @@
+// core/slice_grid.hpp: subdomains by the slice grid of Furuichi and Nishiura (2017): slabs in x, cut in z within each slab, then
+// in y. A pure algorithm: cuts are real numbers, the same on every rank; they decide who works, never what comes out.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "core/domain.hpp"
+
+namespace talus::core {
+
+struct Box {
+    double lo[3], hi[3]; // m; infinite at the outer ends of the slice grid
+};
+
+class SliceGrid {
+public:
+    SliceGrid() = default;
+    /// Equal slices of the domain. @param grid subdomains along x, y, z
+    SliceGrid(const Domain& domain, const std::array<int, 3>& grid);
+
+    int n_ranks() const { return grid_[0] * grid_[1] * grid_[2]; }
+    const std::array<int, 3>& grid() const { return grid_; }
+    int rank_at(int ix, int iy, int iz) const { return (ix * grid_[2] + iz) * grid_[1] + iy; }
+    /// The owner of a position; positions beyond the outer ends belong to the end slices.
+    int owner(const double* position) const;
+    Box box(int rank) const;
+    /// Cuts along an axis inside the domain: x: [grid_x - 1]; z: [grid_x][grid_z - 1]; y: [grid_x][grid_z][grid_y - 1].
+    std::vector<double>& cuts(int axis) { return cuts_[axis]; }
+    const std::vector<double>& cuts(int axis) const { return cuts_[axis]; }
+
+    bool operator==(const SliceGrid&) const = default;
+
+private:
+    std::array<int, 3> grid_{1, 1, 1};
+    std::vector<double> cuts_[3];
+};
+
+/// Factors of n_ranks along x, y, z for which the subdomains of a box have least surface; axes given (> 0) are kept.
+/// @return {0, 0, 0} if the given axes do not divide n_ranks
+std::array<int, 3> choose_rank_grid(int n_ranks, const double (&lengths)[3], const std::array<int, 3>& given);
+
+/// Cuts that split a cost histogram into equal parts. @param cost [n] of equal bins over [lo, hi] @param parts > 0
+/// @param least width that every part keeps [m] @param out parts - 1 cuts
+void cut_histogram(const std::int64_t* cost, int n, double lo, double hi, int parts, double least, double* out);
+
+} // namespace talus::core

@@ -1,0 +1,114 @@
+// core/tile.hpp: one tile of a rank: its grains, the candidate pairs whose first grain it owns, their histories, and its sums.
+//
+// A tile writes nothing but its own rows: a partner that lives in another tile (or on another rank) has a border row here,
+// which the partner's tile collects before it integrates. So force tasks need no order among themselves, and no atomics.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "core/cells.hpp"
+#include "core/force_kernel.hpp"
+
+namespace talus::core {
+
+/// Four doubles, aligned for whole vector loads.
+struct alignas(32) Quad {
+    double v[4];
+};
+
+/// Owner of what a ContactList points to.
+struct ContactListData {
+    std::vector<CandidatePair> pairs; // padded to a multiple of 8
+    std::vector<std::uint8_t> touching;
+    std::vector<Quad> history;
+    std::uint32_t count = 0;
+
+    ContactList view() {
+        return {pairs.data(), touching.data(), history.empty() ? nullptr : history.front().v, count};
+    }
+    bool touches(std::uint32_t k) const { return (touching[k / 8] >> (k % 8) & 1) != 0; }
+    /// Size touching bits and history for the pairs that stand, all void.
+    void prepare(int history_quads) {
+        count = static_cast<std::uint32_t>(pairs.size());
+        pairs.resize((pairs.size() + 7) / 8 * 8, CandidatePair{0, 0});
+        touching.assign(pairs.size() / 8, 0);
+        history.resize(static_cast<std::size_t>(count) * history_quads);
+    }
+    std::size_t bytes() const {
+        return pairs.capacity() * sizeof(CandidatePair) + touching.capacity() + history.capacity() * sizeof(Quad);
+    }
+};
+
+/// How far the grains of a tile moved since the lists were built, now and as foreseen.
+struct DisplacementBox {
+    double lo[3], hi[3];               // m
+    double foreseen_lo[3], foreseen_hi[3]; // m, a few steps on
+    bool empty = true;
+
+    void clear() { empty = true; }
+    void add(const double (&now)[3], const double (&foreseen)[3]) {
+        for (int a = 0; a < 3; ++a) {
+            lo[a] = empty || now[a] < lo[a] ? now[a] : lo[a];
+            hi[a] = empty || now[a] > hi[a] ? now[a] : hi[a];
+            foreseen_lo[a] = empty || foreseen[a] < foreseen_lo[a] ? foreseen[a] : foreseen_lo[a];
+            foreseen_hi[a] = empty || foreseen[a] > foreseen_hi[a] ? foreseen[a] : foreseen_hi[a];
+        }
+        empty = false;
+    }
+    void merge(const DisplacementBox& b) {
+        if (b.empty) return;
+        for (int a = 0; a < 3; ++a) {
+            lo[a] = empty || b.lo[a] < lo[a] ? b.lo[a] : lo[a];
+            hi[a] = empty || b.hi[a] > hi[a] ? b.hi[a] : hi[a];
+            foreseen_lo[a] = empty || b.foreseen_lo[a] < foreseen_lo[a] ? b.foreseen_lo[a] : foreseen_lo[a];
+            foreseen_hi[a] = empty || b.foreseen_hi[a] > foreseen_hi[a] ? b.foreseen_hi[a] : foreseen_hi[a];
+        }
+        empty = false;
+    }
+    /// Square of the largest relative displacement of two grains in the box.
+    double relative_squared() const { return empty ? 0.0 : diagonal(lo, hi); }
+    double foreseen_squared() const { return empty ? 0.0 : diagonal(foreseen_lo, foreseen_hi); }
+
+private:
+    static double diagonal(const double (&l)[3], const double (&h)[3]) {
+        double s = 0.0;
+        for (int a = 0; a < 3; ++a) s += (h[a] - l[a]) * (h[a] - l[a]);
+        return s;
+    }
+};
+
+/// Border rows of another tile that belong to grains of this one.
+struct IncomingSums {
+    int from_tile;
+    TileLocal first; // tile-local id there
+    std::uint32_t count;
+};
+
+struct Tile {
+    int index[3] = {0, 0, 0};        // place in the grid of tiles
+    LocalIndex first = 0;            // owned grains [first, first + count)
+    std::uint32_t count = 0;
+    std::vector<LocalIndex> index_of;  // own grains, then border grains of this rank in order, then ghosts
+    std::uint32_t n_border = 0;        // border rows that another tile collects
+    std::vector<ForceSum> sums;        // one a tile-local id
+    ContactListData pairs;
+    std::vector<ContactListData> walls; // one a wall
+    std::vector<IncomingSums> incoming;
+    std::vector<WallSum> wall_sums;     // one a wall, of the last force evaluation
+    HeatSum heat;                       // since it was last collected
+    CapBreach breach;
+    DisplacementBox displacement;
+    std::vector<int> neighbours;        // adjacent tiles, itself excluded
+    std::vector<int> ghost_chunks;      // chunks of ghosts that its border holds
+    double wall_clearance[kMaxWalls];   // m, how far a listed-out grain may come towards each wall
+    bool finite = true;
+
+    std::size_t bytes() const {
+        std::size_t b = index_of.capacity() * sizeof(LocalIndex) + sums.capacity() * sizeof(ForceSum) + pairs.bytes();
+        for (const auto& w : walls) b += w.bytes();
+        return b;
+    }
+};
+
+} // namespace talus::core

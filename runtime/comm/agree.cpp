@@ -1,0 +1,31 @@
+// Collective agreement on errors: no failure leaves one rank waiting for another.
+#include "runtime/engine_state.hpp"
+
+namespace talus::runtime {
+
+void agree_on(Communicator& comm, std::int32_t severity, const std::string& message) {
+    const std::int64_t worst = comm.max(static_cast<std::int64_t>(severity));
+    if (worst == 0) return;
+    const std::int64_t lowest = -comm.max(severity == worst ? -static_cast<std::int64_t>(comm.rank()) : -static_cast<std::int64_t>(comm.size()));
+    throw core::Error(static_cast<core::ErrorKind>(-worst), comm.broadcast(message, static_cast<int>(lowest)));
+}
+
+void agree(Communicator& comm, const std::function<void()>& stage) {
+    std::int32_t severity = 0;
+    std::string message;
+    try {
+        stage();
+    } catch (const core::Error& e) {
+        severity = -static_cast<std::int32_t>(e.kind());
+        message = e.what();
+    } catch (const std::bad_alloc&) {
+        severity = -static_cast<std::int32_t>(core::ErrorKind::capacity);
+        message = fmt::format("rank {}: out of memory", comm.rank());
+    } catch (const std::exception& e) {
+        severity = -static_cast<std::int32_t>(core::ErrorKind::internal);
+        message = e.what();
+    }
+    agree_on(comm, severity, message);
+}
+
+} // namespace talus::runtime

@@ -1,0 +1,273 @@
+#include "runtime/comm/halo.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <mutex>
+
+#include "runtime/comm/mpi_handle.hpp"
+#include "runtime/comm/packing_buffer.hpp"
+
+namespace talus::runtime {
+
+using core::Box;
+using core::DisplacementBox;
+using core::LocalIndex;
+using core::Particle;
+
+namespace {
+
+constexpr int kGhostDoubles = 12;            // position, radius, velocity, mass, angular velocity, meta
+constexpr int kBoxDoubles = 13;              // a DisplacementBox and whether it is empty
+static_assert(offsetof(Particle, listed_position) == kGhostDoubles * sizeof(double));
+
+/// A rank and the image of it that lies near.
+struct Neighbour {
+    int rank;
+    core::Vec3d shift; // to be added to my positions to come near that rank
+    Box box;           // its subdomain, widened by the reach
+};
+
+/// A subdomain with finite ends on periodic axes: beyond them lies an image, not more of the same rank.
+Box bounded_box(const core::SliceGrid& slices, const core::Domain& domain, int rank) {
+    Box b = slices.box(rank);
+    for (int a = 0; a < 3; ++a) {
+        if (!domain.periodic[a]) continue;
+        if (std::isinf(b.lo[a])) b.lo[a] = domain.lo[a];
+        if (std::isinf(b.hi[a])) b.hi[a] = domain.hi[a];
+    }
+    return b;
+}
+
+std::vector<Neighbour> find_neighbours(const core::SliceGrid& slices, const core::Domain& domain, double reach, int me) {
+    std::vector<Neighbour> out;
+    const Box mine = bounded_box(slices, domain, me);
+    // An axis that is not cut wraps in the cells of its owner.
+    const auto images = [&](int a) { return domain.periodic[a] && slices.grid()[a] > 1 ? 1 : 0; };
+    for (int rank = 0; rank < slices.n_ranks(); ++rank) {
+        Box box = bounded_box(slices, domain, rank);
+        for (int a = 0; a < 3; ++a) {
+            if (domain.periodic[a] && slices.grid()[a] == 1) {
+                box.lo[a] = -HUGE_VAL;
+                box.hi[a] = HUGE_VAL;
+            }
+            box.lo[a] -= reach;
+            box.hi[a] += reach;
+        }
+        for (int ix = -images(0); ix <= images(0); ++ix)
+            for (int iy = -images(1); iy <= images(1); ++iy)
+                for (int iz = -images(2); iz <= images(2); ++iz) {
+                    if (rank == me && ix == 0 && iy == 0 && iz == 0) continue;
+                    const double shift[3] = {ix * domain.length(0), iy * domain.length(1), iz * domain.length(2)};
+                    bool near = true;
+                    for (int a = 0; a < 3; ++a) near = near && mine.lo[a] + shift[a] <= box.hi[a] && mine.hi[a] + shift[a] >= box.lo[a];
+                    if (near) out.push_back({rank, {shift[0], shift[1], shift[2]}, box});
+                }
+    }
+    return out;
+}
+
+bool inside(const Box& b, const double* x, const core::Vec3d& s) {
+    return x[0] + s.x >= b.lo[0] && x[0] + s.x <= b.hi[0] && x[1] + s.y >= b.lo[1] && x[1] + s.y <= b.hi[1] && x[2] + s.z >= b.lo[2] && x[2] + s.z <= b.hi[2];
+}
+
+} // namespace
+
+struct Halo::Send {
+    int rank;
+    std::vector<LocalIndex> grains;
+    std::vector<core::Vec3d> shifts;
+    std::vector<int> tiles;               // a tile a chunk
+    std::vector<std::uint32_t> chunk_end; // grains before the end of each chunk
+    std::vector<double> buffer;
+};
+
+struct Halo::Receive {
+    int rank;
+    LocalIndex first;            // ghost number of its first grain
+    std::uint32_t count;
+    std::int32_t first_chunk;
+    std::uint32_t n_chunks;
+    std::vector<double> buffer;
+};
+
+struct Halo::Requests {
+    std::vector<MPI_Request> sends, receives;
+    std::mutex guard; // sends come from any worker
+};
+
+Halo::Halo(Communicator& comm) : comm_(comm), requests_(std::make_unique<Requests>()) {}
+Halo::~Halo() {
+    int finalised = 0;
+    if (comm_.size() > 1) MPI_Finalized(&finalised);
+    if (!finalised) release();
+}
+
+int Halo::n_neighbours() const { return static_cast<int>(sends_.size()); }
+const std::vector<int>& Halo::tiles_of(int k) const { return sends_[k].tiles; }
+
+void Halo::release() {
+    for (auto* list : {&requests_->sends, &requests_->receives}) {
+        for (MPI_Request& r : *list)
+            if (r != MPI_REQUEST_NULL) MPI_Request_free(&r);
+        list->clear();
+    }
+}
+
+void Halo::build(const core::SliceGrid& slices, const core::Domain& domain, double reach, Subdomain& sub) {
+    release();
+    sends_.clear();
+    receives_.clear();
+    sub.particles.resize(sub.n_owned);
+    sub.ghost_shift.clear();
+    sub.ghost_chunk.clear();
+    sub.chunk_displacement.clear();
+    if (comm_.size() == 1) return;
+
+    // Which of my grains lie within reach of which images of which ranks.
+    const std::vector<Neighbour> neighbours = find_neighbours(slices, domain, reach, comm_.rank());
+    const Box mine = bounded_box(slices, domain, comm_.rank());
+    std::vector<int> send_of(static_cast<std::size_t>(comm_.size()), -1);
+    for (std::size_t t = 0; t < sub.tiles.size(); ++t) {
+        const core::Tile& tile = sub.tiles[t];
+        for (LocalIndex i = tile.first; i < tile.first + tile.count; ++i) {
+            const double* x = sub.particles[i].position;
+            bool interior = true;
+            for (int a = 0; a < 3; ++a) {
+                const bool wraps = domain.periodic[a] && slices.grid()[a] == 1;
+                interior = interior && (wraps || (x[a] - mine.lo[a] > reach && mine.hi[a] - x[a] > reach));
+            }
+            if (interior) continue;
+            for (const Neighbour& n : neighbours) {
+                if (!inside(n.box, x, n.shift)) continue;
+                if (send_of[n.rank] < 0) {
+                    send_of[n.rank] = static_cast<int>(sends_.size());
+                    sends_.push_back(Send{n.rank, {}, {}, {}, {}, {}});
+                }
+                Send& s = sends_[send_of[n.rank]];
+                if (s.tiles.empty() || s.tiles.back() != static_cast<int>(t)) {
+                    s.tiles.push_back(static_cast<int>(t));
+                    s.chunk_end.push_back(static_cast<std::uint32_t>(s.grains.size()));
+                }
+                s.grains.push_back(i);
+                s.shifts.push_back(n.shift);
+                s.chunk_end.back() = static_cast<std::uint32_t>(s.grains.size());
+            }
+        }
+    }
+
+    std::vector<Parcel> parcels;
+    for (const Send& s : sends_) {
+        Packer pack;
+        pack.put(static_cast<std::uint32_t>(s.grains.size()));
+        pack.put_all(s.chunk_end);
+        for (std::size_t k = 0; k < s.grains.size(); ++k) {
+            pack.put(sub.particles[s.grains[k]]);
+            pack.put(s.shifts[k]);
+        }
+        parcels.push_back({s.rank, pack.take()});
+    }
+    for (const Parcel& p : comm_.sparse_exchange(std::move(parcels))) {
+        Unpacker unpack(p.data);
+        const auto n = unpack.get<std::uint32_t>();
+        const auto chunk_end = unpack.get_all<std::uint32_t>();
+        Receive r{p.rank, static_cast<LocalIndex>(sub.ghost_shift.size()), n, static_cast<std::int32_t>(sub.chunk_displacement.size()), static_cast<std::uint32_t>(chunk_end.size()), {}};
+        for (std::uint32_t k = 0, chunk = 0; k < n; ++k) {
+            while (k >= chunk_end[chunk]) ++chunk;
+            sub.particles.push_back(unpack.get<Particle>());
+            sub.ghost_shift.push_back(unpack.get<core::Vec3d>());
+            sub.ghost_chunk.push_back(r.first_chunk + static_cast<std::int32_t>(chunk));
+        }
+        sub.chunk_displacement.resize(sub.chunk_displacement.size() + chunk_end.size());
+        receives_.push_back(std::move(r));
+    }
+
+    // Requests last until the next build. A message to oneself goes through MPI like any other.
+    const MPI_Comm mpi = comm_.handle()->comm;
+    for (Send& s : sends_) {
+        s.buffer.resize(s.grains.size() * kGhostDoubles + s.tiles.size() * kBoxDoubles);
+        requests_->sends.emplace_back();
+        check_mpi(MPI_Send_init(s.buffer.data(), static_cast<int>(s.buffer.size()), MPI_DOUBLE, s.rank, kHaloTag, mpi, &requests_->sends.back()), "MPI_Send_init");
+    }
+    for (Receive& r : receives_) {
+        r.buffer.resize(static_cast<std::size_t>(r.count) * kGhostDoubles + r.n_chunks * kBoxDoubles);
+        requests_->receives.emplace_back();
+        check_mpi(MPI_Recv_init(r.buffer.data(), static_cast<int>(r.buffer.size()), MPI_DOUBLE, r.rank, kHaloTag, mpi, &requests_->receives.back()), "MPI_Recv_init");
+    }
+}
+
+void Halo::send(int k, const Subdomain& sub) {
+    Send& s = sends_[k];
+    {
+        // The message of the step before has long been taken; its buffer is free once MPI says so.
+        const std::lock_guard lock(requests_->guard);
+        check_mpi(MPI_Wait(&requests_->sends[k], MPI_STATUS_IGNORE), "MPI_Wait");
+    }
+    double* out = s.buffer.data();
+    for (const LocalIndex i : s.grains) {
+        std::memcpy(out, &sub.particles[i], kGhostDoubles * sizeof(double));
+        out += kGhostDoubles;
+    }
+    for (const int t : s.tiles) {
+        const DisplacementBox& b = sub.tiles[t].displacement;
+        for (int a = 0; a < 3; ++a) {
+            *out++ = b.lo[a];
+            *out++ = b.hi[a];
+            *out++ = b.foreseen_lo[a];
+            *out++ = b.foreseen_hi[a];
+        }
+        *out++ = b.empty ? 1.0 : 0.0;
+    }
+    const std::lock_guard lock(requests_->guard);
+    check_mpi(MPI_Start(&requests_->sends[k]), "MPI_Start");
+}
+
+void Halo::start_receives() {
+    if (receives_.empty()) return;
+    const std::lock_guard lock(requests_->guard);
+    check_mpi(MPI_Startall(static_cast<int>(requests_->receives.size()), requests_->receives.data()), "MPI_Startall");
+    receiving_ = true;
+}
+
+bool Halo::arrived() {
+    if (!receiving_) return true;
+    const std::lock_guard lock(requests_->guard);
+    int done = 0;
+    check_mpi(MPI_Testall(static_cast<int>(requests_->receives.size()), requests_->receives.data(), &done, MPI_STATUSES_IGNORE), "MPI_Testall");
+    receiving_ = !done;
+    return done != 0;
+}
+
+void Halo::unpack(Subdomain& sub) {
+    for (const Receive& r : receives_) {
+        const double* in = r.buffer.data();
+        for (std::uint32_t k = 0; k < r.count; ++k, in += kGhostDoubles)
+            std::memcpy(&sub.particles[sub.n_owned + r.first + k], in, kGhostDoubles * sizeof(double));
+        for (std::uint32_t c = 0; c < r.n_chunks; ++c) {
+            DisplacementBox& b = sub.chunk_displacement[r.first_chunk + c];
+            for (int a = 0; a < 3; ++a) {
+                b.lo[a] = *in++;
+                b.hi[a] = *in++;
+                b.foreseen_lo[a] = *in++;
+                b.foreseen_hi[a] = *in++;
+            }
+            b.empty = *in++ != 0.0;
+        }
+    }
+}
+
+void Halo::drain() {
+    if (comm_.size() == 1) return;
+    const std::lock_guard lock(requests_->guard);
+    check_mpi(MPI_Waitall(static_cast<int>(requests_->sends.size()), requests_->sends.data(), MPI_STATUSES_IGNORE), "MPI_Waitall");
+    check_mpi(MPI_Waitall(static_cast<int>(requests_->receives.size()), requests_->receives.data(), MPI_STATUSES_IGNORE), "MPI_Waitall");
+    receiving_ = false;
+}
+
+std::int64_t Halo::bytes_per_step() const {
+    std::int64_t b = 0;
+    for (const Send& s : sends_) b += static_cast<std::int64_t>(s.buffer.size() * sizeof(double));
+    return b;
+}
+
+} // namespace talus::runtime

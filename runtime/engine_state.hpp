@@ -1,0 +1,89 @@
+// runtime/engine_state.hpp: all that one rank of an engine is; the phases work on it.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "core/candidate_pairs.hpp"
+#include "core/contact_probe.hpp"
+#include "core/error.hpp"
+#include "core/integrate.hpp"
+#include "core/slice_grid.hpp"
+#include "runtime/comm/communicator.hpp"
+#include "runtime/comm/halo.hpp"
+#include "runtime/graph/step_graph.hpp"
+#include "runtime/graph/workers.hpp"
+#include "runtime/model.hpp"
+#include "runtime/subdomain.hpp"
+
+namespace talus::runtime {
+
+/// The first error of a rank, kept until all ranks have agreed on it.
+class ErrorSlot {
+public:
+    void set(core::ErrorKind kind, const std::string& message) {
+        const std::lock_guard lock(guard_);
+        if (kind_ == kNone) {
+            kind_ = static_cast<std::int32_t>(kind);
+            message_ = message;
+        }
+    }
+    /// 0 or the number of the kind, positive.
+    std::int32_t severity() const {
+        const std::lock_guard lock(guard_);
+        return -kind_;
+    }
+    const std::string& message() const { return message_; }
+
+private:
+    static constexpr std::int32_t kNone = 0;
+    mutable std::mutex guard_;
+    std::int32_t kind_ = kNone;
+    std::string message_;
+};
+
+struct Counters {
+    std::int64_t rebuilds = 0, rebalances = 0, migrations = 0;
+    double busy_at_rebuild = 0.0; // s
+    double imbalance = 1.0;       // max/mean of busy time over the last list's life
+};
+
+struct EngineState {
+    EngineState(const Settings& settings, std::unique_ptr<Communicator> communicator)
+        : comm(std::move(communicator)), halo(*comm), workers(settings.threads), scratch(static_cast<std::size_t>(settings.threads)),
+          candidate_scratch(static_cast<std::size_t>(settings.threads)) {
+        model.settings = settings;
+    }
+
+    std::unique_ptr<Communicator> comm;
+    Model model;
+    Subdomain sub;
+    core::SliceGrid slices;
+    Halo halo; // before the workers and the graph, which use it
+    Workers workers;
+    ErrorSlot errors;
+    Counters counters;
+
+    // One firing of the step graph: what its nodes read.
+    core::ForceContext force;
+    core::IntegrateContext integrate;
+    core::KernelSet kernels{};
+    bool with_forces = false;
+    bool halo_under_way = false; // a message a neighbour is on its way to this rank
+    std::unique_ptr<StepGraph> graph;
+
+    std::vector<core::KernelScratch> scratch;
+    std::vector<core::CandidateScratch> candidate_scratch;
+
+    bool parallel() const { return comm->size() > 1; }
+};
+
+/// Run a stage that may fail on some ranks only; every rank then throws the same error. [collective]
+void agree(Communicator& comm, const std::function<void()>& stage);
+/// Throw the worst error of any rank (largest severity, then lowest rank) on all of them; returns if there is none. [collective]
+void agree_on(Communicator& comm, std::int32_t severity, const std::string& message);
+
+} // namespace talus::runtime

@@ -1,0 +1,221 @@
+// The loop over steps. Between two firings of the graph one thread per rank decides what is global, from a reduction that was
+// started a firing ago: rebuild, stop, errors. So no rank waits for a reduction within a step, and all decide alike.
+#include <cmath>
+
+#include "runtime/engine.hpp"
+#include "runtime/phase/phases.hpp"
+
+namespace talus::runtime {
+
+using core::ErrorKind;
+
+struct Engine::Verdict {
+    bool rebuild = false, stop = false, failed = false;
+};
+
+namespace {
+enum Reduced : int { kSeverity, kSkinUse, kStop, kReduced };
+} // namespace
+
+std::vector<double> Engine::local_verdict() {
+    EngineState& s = *state_;
+    std::vector<double> v(kReduced, 0.0);
+    const SkinUse use = skin_use(s);
+    if (use.now > 1.0)
+        s.errors.set(ErrorKind::unstable, fmt::format("step {}: a grain of rank {} outran the list: relative displacement {:.3g} of the skin {} m within a step; reduce the time step or widen the skin", s.model.step + 1, s.comm->rank(), use.now, s.model.skin()));
+    v[kSeverity] = s.errors.severity();
+    v[kSkinUse] = use.foreseen;
+    v[kStop] = stop_requested_.load(std::memory_order_relaxed) ? 1.0 : 0.0;
+    return v;
+}
+
+Engine::Verdict Engine::agree_on_step(const std::vector<double>& reduced) {
+    Verdict v;
+    v.failed = reduced[kSeverity] > 0.0;
+    v.rebuild = !(reduced[kSkinUse] < 1.0);
+    v.stop = reduced[kStop] > 0.0;
+    return v;
+}
+
+void Engine::collect_walls(bool count_impulse) {
+    EngineState& s = *state_;
+    auto& last = s.sub.wall_last;
+    last.assign(s.model.walls.size(), core::WallSum{});
+    s.sub.wall_impulse.resize(3 * s.model.walls.size(), 0);
+    for (const core::Tile& tile : s.sub.tiles)
+        for (std::size_t w = 0; w < last.size(); ++w) {
+            for (int c = 0; c < 3; ++c) {
+                last[w].force[c] += tile.wall_sums[w].force[c];
+                last[w].torque[c] += tile.wall_sums[w].torque[c];
+            }
+            last[w].contacts += tile.wall_sums[w].contacts;
+        }
+    if (!count_impulse) return;
+    for (std::size_t w = 0; w < last.size(); ++w)
+        for (int c = 0; c < 3; ++c) s.sub.wall_impulse[3 * w + c] += last[w].force[c];
+}
+
+bool Engine::step(std::int64_t n_steps, std::int64_t& done) {
+    done = 0;
+    require_healthy();
+    EngineState& s = *state_;
+    // The largest and the smallest over ranks: equal when all ask for the same.
+    const std::int64_t most = s.comm->max(n_steps), least = -s.comm->max(-n_steps);
+    if (most != least) core::fail(ErrorKind::argument, "n_steps differs between ranks: {} to {}", least, most);
+    if (n_steps < 0) core::fail(ErrorKind::argument, "n_steps = {}: must be >= 0", n_steps);
+    prepare();
+    if (n_steps == 0) return false;
+    ++generation_;
+    try {
+        refresh_contexts(s);
+        Verdict verdict;
+        if (verdict_stale_) {
+            s.comm->start_max(local_verdict());
+            verdict = agree_on_step(s.comm->finish_max());
+            verdict_stale_ = false;
+        } else {
+            verdict.rebuild = rebuild_due_;
+        }
+        // First half kick and drift of the first step; from then on each firing ends with those of the next.
+        s.with_forces = false;
+        s.integrate.finish = false;
+        s.integrate.begin = true;
+        s.graph->fire();
+        s.halo_under_way = s.parallel();
+
+        bool last = false, stop = false, pending = false;
+        for (;;) {
+            for (Wall& w : s.model.walls) {
+                double* x[3] = {&w.plane.point.x, &w.plane.point.y, &w.plane.point.z};
+                const double v[3] = {w.plane.velocity.x, w.plane.velocity.y, w.plane.velocity.z};
+                for (int a = 0; a < 3; ++a) *x[a] += s.model.settings.time_step * v[a];
+            }
+            if (pending) {
+                verdict = agree_on_step(s.comm->finish_max());
+                pending = false;
+                if (verdict.failed) break;
+                stop = stop || verdict.stop;
+            }
+            last = stop || done + 1 == n_steps;
+            if (verdict.rebuild) {
+                if (s.halo_under_way) s.halo.drain();
+                s.halo_under_way = false;
+                rebuild(s, false);
+                verdict.rebuild = false;
+            }
+            s.comm->start_max(local_verdict());
+            pending = true;
+
+            s.with_forces = true;
+            s.integrate.finish = true;
+            s.integrate.begin = !last;
+            s.graph->fire();
+            s.halo_under_way = s.parallel() && !last;
+            collect_walls(true);
+            ++s.model.step;
+            s.model.time += s.model.settings.time_step;
+            ++done;
+            if (trace_left_ > 0 && --trace_left_ == 0) write_trace();
+            if (last) break;
+        }
+        // Drain: what this rank still does not know of the last steps.
+        if (pending) {
+            const Verdict v = agree_on_step(s.comm->finish_max());
+            verdict.failed = verdict.failed || v.failed;
+            stop = stop || v.stop;
+        }
+        if (s.halo_under_way) {
+            s.halo.drain();
+            s.halo_under_way = false;
+        }
+        s.comm->start_max(local_verdict());
+        const Verdict end = agree_on_step(s.comm->finish_max());
+        rebuild_due_ = end.rebuild;
+        if (end.failed || verdict.failed) agree_on(*s.comm, s.errors.severity(), s.errors.message());
+        const bool stopped = stop || end.stop;
+        if (stopped) stop_requested_.store(false, std::memory_order_relaxed);
+        return stopped && done < n_steps;
+    } catch (...) {
+        poisoned_ = true;
+        throw;
+    }
+}
+
+void Engine::first_forces() {
+    EngineState& s = *state_;
+    refresh_contexts(s);
+    s.force.dt = 0.0;
+    s.force.advance = false;
+    s.with_forces = true;
+    s.integrate.finish = false;
+    s.integrate.begin = false;
+    // Sums of an earlier evaluation must not be added to.
+    for (core::Tile& t : s.sub.tiles) std::fill(t.sums.begin(), t.sums.end(), core::ForceSum{});
+    s.graph->fire();
+    collect_walls(false);
+    agree_on(*s.comm, s.errors.severity(), s.errors.message());
+}
+
+void rebuild(EngineState& s, bool first) {
+    empty_tiles(s);
+    rebalance(s, first);
+    agree(*s.comm, [&] { bin_grains(s); });
+    s.workers.timed(Phase::halo_exchange, 0, [&] { s.halo.build(s.slices, s.model.settings.domain, s.model.reach(), s.sub); });
+    agree(*s.comm, [&] { build_pairs(s); });
+
+    std::vector<std::vector<int>> tiles_of_send;
+    for (int k = 0; k < s.halo.n_neighbours(); ++k) tiles_of_send.push_back(s.halo.tiles_of(k));
+    const bool talks = s.parallel() && (!tiles_of_send.empty() || s.sub.n_ghosts() > 0);
+    StepHooks hooks;
+    hooks.force = [&s](int t) { force_tile(s, t); };
+    hooks.integrate = [&s](int t) { integrate_tile(s, t); };
+    const auto guarded = [&s](auto body) {
+        try {
+            body();
+        } catch (const core::Error& e) {
+            s.errors.set(e.kind(), e.what());
+        } catch (const std::exception& e) {
+            s.errors.set(ErrorKind::internal, e.what());
+        }
+    };
+    hooks.send = [&s, guarded](int k) {
+        if (s.integrate.begin) guarded([&] { s.halo.send(k, s.sub); });
+    };
+    hooks.halo_arrived = [&s, guarded] {
+        bool arrived = true;
+        if (s.halo_under_way) guarded([&] { arrived = s.halo.arrived(); });
+        return arrived;
+    };
+    hooks.halo_take = [&s, guarded] {
+        guarded([&] {
+            if (s.halo_under_way) s.halo.unpack(s.sub);
+            if (s.integrate.begin) s.halo.start_receives();
+        });
+    };
+    s.graph.reset();
+    s.graph = std::make_unique<StepGraph>(s.workers, s.sub.tiles, talks, tiles_of_send, std::move(hooks));
+    ++s.counters.rebuilds;
+    s.counters.busy_at_rebuild = s.workers.busy();
+}
+
+void refresh_contexts(EngineState& s) {
+    const Settings& set = s.model.settings;
+    core::ForceContext& f = s.force;
+    f.laws = set.laws;
+    f.periods = core::Periods(set.domain);
+    f.units = s.model.units;
+    f.dt = set.time_step;
+    f.advance = true;
+    f.ledger = set.energy_ledger;
+    f.n_materials = static_cast<int>(s.model.materials.size());
+    core::IntegrateContext& i = s.integrate;
+    i.domain = set.domain;
+    i.periods = f.periods;
+    i.units = s.model.units;
+    i.groups = s.model.groups;
+    for (int a = 0; a < 3; ++a) i.gravity[a] = set.gravity[a];
+    i.dt = set.time_step;
+    s.kernels = core::select_kernels(set.laws, set.energy_ledger, set.width);
+}
+
+} // namespace talus::runtime

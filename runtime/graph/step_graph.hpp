@@ -1,0 +1,59 @@
+// runtime/graph/step_graph.hpp: the task graph of a step. With workers.hpp the only place that knows TBB.
+//
+// One firing of the graph goes from the positions of a step to the positions of the next:
+//
+//     start ─┬──────────────────────────► force(t) for tiles without ghosts ─┐
+//            └─► halo_exchange (poll) ──► force(t) for tiles with ghosts ────┴─► integrate(t) ──► halo_exchange: send(k)
+//
+//   force(t)      writes the sums and histories of tile t only (border rows stand for grains of other tiles)
+//   integrate(t)  waits for force of t and of the tiles around it, collects their border rows, kicks, drifts
+//   send(k)       waits for the tiles that neighbour k sees; the message is taken in the next firing
+//   halo poll     tests for arrivals and puts itself back behind other work; never holds a worker. When all is there it
+//                 writes the ghosts, posts the next receives, and lets go the tiles that see ghosts
+//
+// So no barrier stands between force and integrate, and a tile's message leaves as soon as its grains have moved. Between
+// firings one thread decides what is global (rebuild, stop, errors).
+//
+// Order     edges run only between neighbouring tiles; the graph is built once per decomposition and fired every step
+// Priority  compute nodes go before the poll, so a worker tests requests only between tiles or when nothing else is left
+// MPI       called by the poll and the send nodes, one at a time (a lock in Halo): MPI_THREAD_SERIALIZED
+// Errors    a body never throws into TBB: it stores the first error; later compute bodies return at once, but messages are
+//           still sent and taken, so no neighbour waits for ever
+// Lifetime  nodes refer to the graph's hooks; wait() returns before anything is destroyed
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include "core/tile.hpp"
+#include "runtime/graph/workers.hpp"
+
+namespace talus::runtime {
+
+/// What the nodes do. All of them may run on any worker; none may throw.
+struct StepHooks {
+    std::function<void(int tile)> force;
+    std::function<void(int tile)> integrate;
+    std::function<void(int neighbour)> send;
+    std::function<bool()> halo_arrived; // true when nothing is awaited any more
+    std::function<void()> halo_take;    // write ghosts, post the next receives
+};
+
+class StepGraph {
+public:
+    /// @param tiles         adjacency and ghost chunks are read
+    /// @param talks         whether this rank has neighbours at all
+    /// @param tiles_of_send the tiles whose grains each neighbour sees
+    StepGraph(Workers& workers, const std::vector<core::Tile>& tiles, bool talks, const std::vector<std::vector<int>>& tiles_of_send, StepHooks hooks);
+    ~StepGraph();
+
+    /// Run every node once. Blocks until all are done.
+    void fire();
+
+private:
+    struct Nodes;
+    std::unique_ptr<Nodes> nodes_;
+};
+
+} // namespace talus::runtime

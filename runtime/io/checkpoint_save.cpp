@@ -1,0 +1,141 @@
+#include <algorithm>
+
+#include "runtime/io/checkpoint.hpp"
+#include "runtime/io/checkpoint_layout.hpp"
+#include "runtime/io/seal.hpp"
+#include "runtime/io/state_fields.hpp"
+#include "runtime/io/vtkhdf.hpp"
+#include "runtime/phase/phases.hpp"
+
+namespace talus::runtime {
+
+namespace {
+
+constexpr int kSortBlock = 8192; // grains a task
+
+/// Contacts and sums of this rank, as they are saved.
+struct LaidOut {
+    core::ContactStore own;
+    const core::ContactStore* store = nullptr;
+    std::vector<std::uint32_t> number;        // [n_owned] contacts of each grain
+    std::vector<std::uint64_t> first;         // [n_owned + 1]
+    std::vector<const core::ContactEntry*> entries; // grain after grain, partners ascending: no trace of the threads' order
+    std::vector<core::ForceSum> sums;
+};
+
+void lay_out(EngineState& s, LaidOut& out) {
+    Subdomain& sub = s.sub;
+    const bool from_tiles = !sub.laid_out;
+    if (from_tiles) lay_out_contacts(s, out.own);
+    out.store = from_tiles ? &out.own : &sub.contacts;
+    const auto range_of = [&](std::uint32_t i) {
+        const std::uint32_t slot = from_tiles ? i : sub.slot_of[i];
+        return std::pair{out.store->first[slot], out.store->first[slot + 1]};
+    };
+    out.number.resize(sub.n_owned);
+    out.first.assign(std::size_t{sub.n_owned} + 1, 0);
+    for (std::uint32_t i = 0; i < sub.n_owned; ++i) {
+        const auto [from, to] = range_of(i);
+        out.number[i] = to - from;
+        out.first[i + 1] = out.first[i] + out.number[i];
+    }
+    out.entries.resize(out.first.back());
+    s.workers.for_each(Phase::observe, static_cast<int>((sub.n_owned + kSortBlock - 1) / kSortBlock), [&](int block) {
+        const auto begin = static_cast<std::uint32_t>(block) * kSortBlock;
+        for (std::uint32_t i = begin; i < std::min<std::uint32_t>(begin + kSortBlock, sub.n_owned); ++i) {
+            const auto [from, to] = range_of(i);
+            const core::ContactEntry** at = out.entries.data() + out.first[i];
+            for (std::uint32_t e = from; e < to; ++e) at[e - from] = &out.store->entries[e];
+            std::sort(at, at + (to - from), [](const core::ContactEntry* a, const core::ContactEntry* b) { return a->partner < b->partner; });
+        }
+    });
+    if (!from_tiles) {
+        out.sums = sub.sums;
+    } else {
+        out.sums.assign(sub.n_owned, core::ForceSum{});
+        for (const core::Tile& tile : sub.tiles) std::copy(tile.sums.begin(), tile.sums.begin() + tile.count, out.sums.begin() + tile.first);
+    }
+    TALUS_CHECK(out.sums.size() == sub.n_owned && sub.references.size() >= sub.n_owned);
+    // Material, group and colour are all that meta holds; whatever is added to it needs a place in the format.
+    for (std::uint32_t i = 0; i < sub.n_owned; ++i) TALUS_CHECK(sub.particles[i].meta >> 24 == 0);
+}
+
+Totals sum_totals(EngineState& s) {
+    const Subdomain& sub = s.sub;
+    core::HeatSum heat = sub.heat;
+    for (const core::Tile& tile : sub.tiles) {
+        heat.friction += tile.heat.friction;
+        heat.damping += tile.heat.damping;
+        heat.rolling += tile.heat.rolling;
+    }
+    const std::size_t walls = s.model.walls.size();
+    Totals t;
+    t.wall_last = sub.wall_last;
+    t.wall_last.resize(walls);
+    t.wall_impulse = sub.wall_impulse;
+    t.wall_impulse.resize(3 * walls);
+    core::Wide of_heat[3] = {heat.friction, heat.damping, heat.rolling};
+    s.comm->sum(of_heat, 3);
+    t.heat = {of_heat[0], of_heat[1], of_heat[2]};
+    for (core::WallSum& w : t.wall_last) {
+        s.comm->sum(w.force, 3);
+        s.comm->sum(w.torque, 3);
+        w.contacts = s.comm->sum(w.contacts);
+    }
+    if (walls > 0) s.comm->sum(t.wall_impulse.data(), static_cast<int>(t.wall_impulse.size()));
+    return t;
+}
+
+std::vector<Column> contact_columns(const LaidOut& laid, const Rows& rows) {
+    const auto partner = [&laid](std::uint64_t row, std::uint64_t n, std::byte* bytes) {
+        for (std::uint64_t k = 0; k < n; ++k) std::memcpy(bytes + k * sizeof(core::Label), &laid.entries[row + k]->partner, sizeof(core::Label));
+    };
+    const std::size_t history_bytes = static_cast<std::size_t>(laid.store->history_quads) * sizeof(core::Quad);
+    const auto history = [&laid, history_bytes](std::uint64_t row, std::uint64_t n, std::byte* bytes) {
+        for (std::uint64_t k = 0; k < n; ++k) std::memcpy(bytes + k * history_bytes, laid.store->row(*laid.entries[row + k]), history_bytes);
+    };
+    std::vector<Column> columns{{kContactPartner, "", Kind::i64, 0, rows, partner}};
+    if (history_bytes > 0) columns.push_back({kContactHistory, "", Kind::f64, history_bytes / sizeof(double), rows, history});
+    return columns;
+}
+
+void add_head(Hdf5File& hdf5) {
+    const auto format = static_cast<std::int64_t>(kCheckpointFormat);
+    hdf5.add_text("/", "format", kFormatName);
+    hdf5.add_attribute("/", "format_version", Kind::i64, {}, &format);
+    hdf5.add_text("/", "talus_version", TALUS_VERSION_TEXT);
+    hdf5.add_text("/", "build", __VERSION__);
+}
+
+} // namespace
+
+void save_checkpoint(EngineState& s, const std::string& path) {
+    Subdomain& sub = s.sub;
+    LaidOut laid;
+    agree(*s.comm, [&] { lay_out(s, laid); });
+    const std::vector<std::int64_t> grains = count_by_rank(*s.comm, sub.n_owned), contacts = count_by_rank(*s.comm, laid.entries.size());
+    const Rows grain_rows = rows_in_rank_order(grains, s.comm->rank());
+    const Totals totals = sum_totals(s);
+
+    NewFile file;
+    file.path = path;
+    file.sealed = true;
+    file.columns = grain_columns({sub.particles.data(), sub.references.data(), laid.sums.data()}, grain_rows, true);
+    file.columns.push_back(plain_column(kContactNumber, Kind::u32, 0, grain_rows, laid.number.data(), true));
+    for (Column& c : vtk_columns(*s.comm, grain_rows)) file.columns.push_back(std::move(c));
+    for (Column& c : contact_columns(laid, rows_in_rank_order(contacts, s.comm->rank()))) file.columns.push_back(std::move(c));
+    file.lay_out = [&](Hdf5File& hdf5) {
+        add_head(hdf5);
+        put_fields(s.model, s.force.pairs, totals, [&](const std::string& name, const std::string& unit, Kind kind, const Shape& shape, const std::uint64_t* words) {
+            hdf5.add_dataset(kState + name, kind, shape, words, unit);
+        });
+        hdf5.add_group("/contacts");
+        hdf5.add_text("/contacts", "partner", "label of the other grain, or 2^62 + number of the wall");
+        add_vtk_header(hdf5, grains, s.model.time);
+        add_vtk_points(hdf5, "/grains/position");
+        for (const char* name : {"label", "radius", "mass", "velocity", "angular_velocity", "material", "group", "colour"}) add_vtk_point_array(hdf5, name, std::string(kGrains) + name);
+    };
+    write_file(s, file);
+}
+
+} // namespace talus::runtime

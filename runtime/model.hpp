@@ -1,0 +1,37 @@
+// runtime/model.hpp: the part of the state that every rank holds, with the same bits.
+#pragma once
+
+#include <vector>
+
+#include "core/force_kernel.hpp"
+#include "core/particles.hpp"
+#include "runtime/settings.hpp"
+
+namespace talus::runtime {
+
+struct Wall {
+    core::WallPlane plane;
+    core::Vec3d listed_point; // where it was when the lists were built
+    double work = 0.0;        // J done on the grains until the velocity or the time step last changed
+};
+
+struct Model {
+    Settings settings;
+    std::vector<core::Material> materials;
+    core::ContactMaterial contacts[core::kMaxMaterials][core::kMaxMaterials];
+    std::vector<Wall> walls;
+    core::GroupTable groups{};
+    std::int64_t step = 0;
+    double time = 0.0; // s
+    // Fixed when the first step is prepared.
+    bool units_fixed = false;
+    core::FixedUnits units;
+    double radius_max = 0.0, radius_min = 0.0; // m, over all grains ever inserted
+    std::int64_t n_particles = 0;              // over all ranks
+
+    double skin() const { return settings.skin > 0.0 ? settings.skin : kDefaultSkin * 2.0 * radius_max; }
+    /// Farthest distance of centres of a listed pair.
+    double reach() const { return 2.0 * radius_max + skin(); }
+};
+
+} // namespace talus::runtime

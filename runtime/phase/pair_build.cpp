@@ -1,0 +1,98 @@
+// pair_build: candidate lists, and the inheritance of contact histories through them.
+#include "runtime/phase/phases.hpp"
+
+namespace talus::runtime {
+
+using core::LocalIndex;
+using core::Tile;
+
+void lay_out_contacts(EngineState& s, core::ContactStore& store) {
+    Subdomain& sub = s.sub;
+    const int n_tiles = static_cast<int>(sub.tiles.size());
+    core::ContactLayout layout(store, sub.particles, sub.n_owned, core::history_doubles(s.model.settings.laws) / 4);
+    s.workers.for_each(Phase::pair_build, n_tiles, [&](int t) { layout.count(sub.tiles[t]); });
+    s.workers.timed(Phase::pair_build, 0, [&] { layout.allocate(sub.tiles); });
+    s.workers.for_each(Phase::pair_build, n_tiles, [&](int t) { layout.fill(t, sub.tiles[t]); });
+    layout.finish();
+}
+
+void empty_tiles(EngineState& s) {
+    Subdomain& sub = s.sub;
+    if (sub.laid_out) return;
+    sub.laid_out = true;
+    lay_out_contacts(s, sub.contacts);
+    sub.sums.assign(sub.n_owned, core::ForceSum{});
+    sub.slot_of.resize(sub.n_owned);
+    for (Tile& tile : sub.tiles) {
+        for (std::uint32_t k = 0; k < tile.count; ++k) sub.sums[tile.first + k] = tile.sums[k];
+        for (std::uint32_t k = 0; k < tile.count; ++k) sub.slot_of[tile.first + k] = tile.first + k;
+        sub.heat.friction += tile.heat.friction;
+        sub.heat.damping += tile.heat.damping;
+        sub.heat.rolling += tile.heat.rolling;
+    }
+    // Ghosts and candidate lists are void from here.
+    sub.particles.resize(sub.n_owned);
+    sub.tiles.clear();
+}
+
+namespace {
+
+void bin_ghosts(Subdomain& sub) {
+    const LocalIndex n = sub.n_ghosts();
+    if (n == 0) {
+        sub.ghost_cell_first.clear();
+        sub.ghost_order.clear();
+        return;
+    }
+    std::vector<std::uint32_t> cell(n);
+    for (LocalIndex g = 0; g < n; ++g) {
+        const core::Particle& p = sub.particles[sub.n_owned + g];
+        const core::Vec3d& shift = sub.ghost_shift[g];
+        const double near[3] = {p.position[0] + shift.x, p.position[1] + shift.y, p.position[2] + shift.z};
+        cell[g] = sub.order.rank_of(near);
+    }
+    core::sort_by_cell(std::span<const std::uint32_t>(cell), sub.order.grid.n_cells(), [&](std::uint32_t g) { return sub.particles[sub.n_owned + g].label; }, sub.ghost_cell_first, sub.ghost_order);
+}
+
+} // namespace
+
+void build_pairs(EngineState& s) {
+    Subdomain& sub = s.sub;
+    const double foreseen_time = core::kForeseenSteps * s.model.settings.time_step;
+    const auto mark = [&](core::Particle& p, core::DisplacementBox& box) {
+        double foreseen[3];
+        for (int a = 0; a < 3; ++a) {
+            p.listed_position[a] = p.position[a];
+            foreseen[a] = foreseen_time * p.velocity[a];
+        }
+        box.add({0.0, 0.0, 0.0}, foreseen);
+    };
+    s.workers.timed(Phase::pair_build, 0, [&] {
+        bin_ghosts(sub);
+        for (LocalIndex g = 0; g < sub.n_ghosts(); ++g) mark(sub.particles[sub.n_owned + g], sub.chunk_displacement[sub.ghost_chunk[g]]);
+    });
+    std::vector<core::WallPlane> walls;
+    for (Wall& w : s.model.walls) {
+        w.listed_point = w.plane.point;
+        walls.push_back(w.plane);
+    }
+    const core::CandidateSource source{sub.particles, sub.n_owned, sub.order, sub.cell_first, sub.ghost_cell_first, sub.ghost_order, sub.ghost_shift, sub.ghost_chunk, walls, s.model.skin()};
+    s.workers.for_each(Phase::pair_build, static_cast<int>(sub.tiles.size()), [&](int t) {
+        Tile& tile = sub.tiles[t];
+        core::build_candidates(source, sub.contacts.history_quads, tile, s.candidate_scratch[Workers::current()]);
+        core::inherit_histories(sub.contacts, sub.slot_of, sub.particles, tile);
+        tile.displacement.clear();
+        for (std::uint32_t k = 0; k < tile.count; ++k) {
+            tile.sums[k] = sub.sums[tile.first + k];
+            mark(sub.particles[tile.first + k], tile.displacement);
+        }
+    });
+    s.workers.timed(Phase::pair_build, 0, [&] { core::link_borders(sub.tiles); });
+    // What travelled is in the tiles now.
+    sub.contacts = core::ContactStore{};
+    sub.sums = {};
+    sub.slot_of = {};
+    sub.laid_out = false;
+}
+
+} // namespace talus::runtime

@@ -1,0 +1,47 @@
+// runtime/phase/phases.hpp: the phases of a run, each in its own file; every one works on an EngineState.
+//
+//   phase          reads                                  writes                                 talks
+//   binning        owned grains, slices                   order of owned grains, tiles           -
+//   halo_exchange  grains near cuts                       ghosts                                 neighbours
+//   pair_build     grains, ghosts, contact store          candidate lists, histories, borders    -
+//   force          grains, ghosts, lists                  sums, histories of one tile            -
+//   integrate      sums, neighbours' border rows          grains, sums of one tile               -
+//   rebalance      grains, busy times                     cuts; which rank owns which grain      all
+//   observe        everything                             nothing                                all
+//
+// A rebuild is: lay out contacts, rebalance (cuts, migrate), binning, halo build, pair build with inheritance.
+#pragma once
+
+#include "runtime/engine_state.hpp"
+
+namespace talus::runtime {
+
+/// Lay out the touching contacts of the tiles grain by grain, in the order of the owned grains (the paper's Fig. 1); the state
+/// stays as it is. [local]
+void lay_out_contacts(EngineState& s, core::ContactStore& store);
+/// Take contacts, sums and heat out of the tiles into sub.contacts, sub.sums and sub.heat, and drop tiles and ghosts; nothing to do if
+/// that has been done since the last build. [local]
+void empty_tiles(EngineState& s);
+/// Move cuts if the policy says so, and bring every grain to its owner with its contacts. [collective]
+void rebalance(EngineState& s, bool first);
+/// Order the owned grains by tile, cell and label; give tiles their ranges. Fails on grains outside the domain. [local]
+void bin_grains(EngineState& s);
+/// Candidate lists, borders and inherited histories of all tiles (the paper's Fig. 8). [local]
+void build_pairs(EngineState& s);
+/// The whole of a rebuild. [collective]
+void rebuild(EngineState& s, bool first);
+
+/// Nodes of the step graph; they never throw.
+void force_tile(EngineState& s, int tile);
+void integrate_tile(EngineState& s, int tile);
+
+/// Largest share of the skin that any listed pair may have used up: now, and as foreseen. >= 1 means the lists may miss a pair.
+struct SkinUse {
+    double now = 0.0, foreseen = 0.0;
+};
+SkinUse skin_use(const EngineState& s);
+
+/// Fill the contexts that the nodes read from the model. [local]
+void refresh_contexts(EngineState& s);
+
+} // namespace talus::runtime

@@ -1,0 +1,39 @@
+// runtime/subdomain.hpp: what one rank holds.
+#pragma once
+
+#include <vector>
+
+#include "core/cells.hpp"
+#include "core/contact_history.hpp"
+#include "core/tile.hpp"
+
+namespace talus::runtime {
+
+struct Subdomain {
+    std::vector<core::Particle> particles; // owned ones in tile-major order, then ghosts
+    std::vector<core::Reference> references; // of the owned ones
+    core::LocalIndex n_owned = 0;
+
+    core::CellOrder order;
+    std::vector<std::uint32_t> cell_first;
+    std::vector<std::uint32_t> ghost_cell_first, ghost_order;
+    std::vector<core::Vec3d> ghost_shift;
+    std::vector<std::int32_t> ghost_chunk;
+    std::vector<core::DisplacementBox> chunk_displacement; // of ghosts, as received
+
+    std::vector<core::Tile> tiles;
+    core::HeatSum heat;                   // of tiles that are gone
+    std::vector<core::WallSum> wall_last; // this rank's part of each wall's sums in the last force evaluation
+    std::vector<core::Wide> wall_impulse; // [3 a wall] force units summed over steps since the work was last folded
+
+    // Valid only while there are no tiles (between empty_tiles and build_pairs): grain by grain, in the order of `particles`.
+    bool laid_out = false;
+    core::ContactStore contacts;
+    std::vector<core::ForceSum> sums;
+    std::vector<std::uint32_t> slot_of;
+
+    core::LocalIndex n_ghosts() const { return static_cast<core::LocalIndex>(particles.size()) - n_owned; }
+    std::size_t bytes() const;
+};
+
+} // namespace talus::runtime
