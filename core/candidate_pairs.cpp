@@ -58,36 +58,32 @@ void number_shell(const CandidateSource& s, const Tile& tile, CandidateScratch& 
 
     scratch.shell.clear();
     const LocalIndex own_last = tile.first + tile.count;
-    const auto number = [&](auto begin, auto end, auto id, auto particle) {
-        const Cell* before = nullptr;
-        for (const std::uint32_t k : order) {
-            Cell& cell = cells[k];
-            if (before != nullptr && before->rank == cell.rank) {
-                cell.*id = before->*id; // the same cell seen through a wrap
-                continue;
-            }
-            before = &cell;
-            cell.*id = tile.count + static_cast<TileLocal>(scratch.shell.size());
-            for (std::uint32_t g = cell.*begin; g < cell.*end; ++g) scratch.shell.push_back(particle(g));
-        }
-    };
-    // Owned cells of the tile itself need no shell ids: mark them by an empty range while numbering.
+    const auto next_id = [&] { return tile.count + static_cast<TileLocal>(scratch.shell.size()); };
+    // A cell seen twice, through a wrap, gets the same ids.
     const Cell* before = nullptr;
     for (const std::uint32_t k : order) {
         Cell& cell = cells[k];
-        if (cell.first >= tile.first && cell.last <= own_last && (cell.last > cell.first)) {
+        if (cell.first < cell.last && cell.first >= tile.first && cell.last <= own_last) {
             cell.id = cell.first - tile.first;
-            continue;
-        }
-        if (before != nullptr && before->rank == cell.rank) {
+        } else if (before != nullptr && before->rank == cell.rank) {
             cell.id = before->id;
-            continue;
+        } else {
+            before = &cell;
+            cell.id = next_id();
+            for (std::uint32_t g = cell.first; g < cell.last; ++g) scratch.shell.push_back(g);
         }
-        before = &cell;
-        cell.id = tile.count + static_cast<TileLocal>(scratch.shell.size());
-        for (std::uint32_t g = cell.first; g < cell.last; ++g) scratch.shell.push_back(g);
     }
-    number(&Cell::ghost_first, &Cell::ghost_last, &Cell::ghost_id, [&](std::uint32_t g) { return s.n_owned + s.ghost_order[g]; });
+    before = nullptr;
+    for (const std::uint32_t k : order) {
+        Cell& cell = cells[k];
+        if (before != nullptr && before->rank == cell.rank) {
+            cell.ghost_id = before->ghost_id;
+        } else {
+            before = &cell;
+            cell.ghost_id = next_id();
+            for (std::uint32_t g = cell.ghost_first; g < cell.ghost_last; ++g) scratch.shell.push_back(s.n_owned + s.ghost_order[g]);
+        }
+    }
 }
 
 /// Drop the shell grains that no pair uses and renumber the rest.

@@ -1,6 +1,6 @@
 #include "core/integrate.hpp"
 
-#include <cmath>
+#include <limits>
 
 namespace talus::core {
 
@@ -18,67 +18,82 @@ namespace {
 
 V4 load(const double* p) { return (V4)_mm256_load_pd(p); }
 void store(double* p, V4 v) { _mm256_store_pd(p, (__m256d)v); }
+V4 three(const double (&v)[3], double fourth) { return V4{v[0], v[1], v[2], fourth}; }
 V4 as_double(const std::int64_t (&n)[3]) {
     return V4{static_cast<double>(n[0]), static_cast<double>(n[1]), static_cast<double>(n[2]), 0.0};
 }
+void put(V4 v, double (&out)[3]) {
+    for (int a = 0; a < 3; ++a) out[a] = v[a];
+}
+
+/// Lanes x, y, z of a row; the fourth holds radius, mass, meta or label, whose bits must stay as they are.
+constexpr unsigned kSpatial = 0b0111;
 
 } // namespace
 
 void integrate_tile(const IntegrateContext& c, Particle* particles, Reference* references, Tile& tile) {
     const double half = 0.5 * c.dt;
-    // The fourth lane of a row holds radius, mass or meta: its factor is zero, so it stays as it is.
-    const V4 gravity_kick = V4{c.gravity[0], c.gravity[1], c.gravity[2], 0.0} * splat<V4>(half);
-    const V4 drift{c.dt, c.dt, c.dt, 0.0};
-    if (c.begin) {
-        tile.displacement.clear();
-        tile.finite = true;
+    // A factor of zero in the fourth lane leaves radius and mass unchanged to the bit.
+    const V4 gravity_kick = three(c.gravity, 0.0) * splat<V4>(half);
+    const V4 drift{c.dt, c.dt, c.dt, 0.0}, foresight = drift * splat<V4>(kForeseenSteps);
+    const V4 period = three(c.periods.length, 0.0), inverse_period = three(c.periods.inverse, 0.0);
+    const double inf = std::numeric_limits<double>::infinity();
+    V4 wrap_lo = splat<V4>(-inf), wrap_hi = splat<V4>(inf);
+    for (int a = 0; a < 3; ++a) {
+        if (!c.domain.periodic[a]) continue;
+        wrap_lo[a] = c.domain.lo[a];
+        wrap_hi[a] = c.domain.hi[a];
     }
+    V4 lo = splat<V4>(inf), hi = splat<V4>(-inf), foreseen_lo = lo, foreseen_hi = hi;
+    unsigned sound = kSpatial;
+
     for (std::uint32_t k = 0; k < tile.count; ++k) {
         Particle& p = particles[tile.first + k];
         ForceSum& sum = tile.sums[k];
         const GroupMotion& motion = c.groups[group_of(p)];
+        V4 velocity = load(p.velocity);
+        V4 turning = three(p.angular_velocity, 0.0);
         if (motion.mode == GroupMotion::Mode::free) [[likely]] {
-            V4 velocity = load(p.velocity);
-            // Angular velocities are handled apart from meta, whose bits must not go through arithmetic.
-            const double mass = p.mass;
             const V4 force = as_double(sum.force) * splat<V4>(c.units.force.unit);
             const V4 torque = as_double(sum.torque) * splat<V4>(c.units.torque.unit);
-            const V4 kick = splat<V4>(half / mass);
-            const V4 spin = splat<V4>(half / (kSphereInertia * mass * (p.radius * p.radius)));
-            V4 turning{p.angular_velocity[0], p.angular_velocity[1], p.angular_velocity[2], 0.0};
-            if (c.finish) {
+            const V4 kick = splat<V4>(half / p.mass);
+            const V4 spin = splat<V4>(half / (kSphereInertia * p.mass * (p.radius * p.radius)));
+            for (int pass = (c.finish ? 1 : 0) + (c.begin ? 1 : 0); pass > 0; --pass) {
                 velocity = fma(force, kick, velocity) + gravity_kick;
                 turning = fma(torque, spin, turning);
             }
-            if (c.begin) {
-                velocity = fma(force, kick, velocity) + gravity_kick;
-                turning = fma(torque, spin, turning);
-            }
-            store(p.velocity, velocity);
-            for (int a = 0; a < 3; ++a) p.angular_velocity[a] = turning[a];
         } else {
             const bool driven = motion.mode == GroupMotion::Mode::driven;
-            for (int a = 0; a < 3; ++a) {
-                p.velocity[a] = driven ? motion.velocity[a] : 0.0;
-                p.angular_velocity[a] = driven ? motion.angular_velocity[a] : 0.0;
-            }
+            velocity = driven ? three(motion.velocity, p.mass) : V4{0.0, 0.0, 0.0, p.mass};
+            turning = driven ? three(motion.angular_velocity, 0.0) : splat<V4>(0.0);
         }
+        store(p.velocity, velocity);
+        put(turning, p.angular_velocity);
         if (!c.begin) continue;
 
-        const V4 velocity = load(p.velocity);
-        store(p.position, fma(velocity, drift, load(p.position)));
-        wrap(c.domain, p.position, references[tile.first + k]);
+        const V4 position = fma(velocity, drift, load(p.position));
+        store(p.position, position);
+        if ((bits_of((position >= wrap_hi) | (position < wrap_lo)) & kSpatial) != 0) [[unlikely]]
+            wrap(c.domain, p.position, references[tile.first + k]);
         sum = ForceSum{};
 
-        const Vec3d moved = minimum_image(c.periods, make_vec3(p.position) - make_vec3(p.listed_position));
-        const double now[3] = {moved.x, moved.y, moved.z};
-        double foreseen[3];
-        for (int a = 0; a < 3; ++a) foreseen[a] = now[a] + kForeseenSteps * c.dt * p.velocity[a];
-        tile.displacement.add(now, foreseen);
-        // A sum is finite only if its terms are: not-a-number and infinity show here before they spread.
-        const double probe = foreseen[0] + foreseen[1] + foreseen[2] + p.angular_velocity[0] + p.angular_velocity[1] + p.angular_velocity[2];
-        tile.finite = tile.finite && std::isfinite(probe);
+        V4 moved = load(p.position) - load(p.listed_position);
+        moved = fnma(period, nearest(moved * inverse_period), moved);
+        const V4 foreseen = fma(velocity, foresight, moved);
+        lo = smaller(moved, lo);
+        hi = larger(moved, hi);
+        foreseen_lo = smaller(foreseen, foreseen_lo);
+        foreseen_hi = larger(foreseen, foreseen_hi);
+        // Infinite or not a number in any of them fails the comparison.
+        sound &= bits_of((magnitude(foreseen) < splat<V4>(inf)) & (magnitude(turning) < splat<V4>(inf)));
     }
+    if (!c.begin) return;
+    DisplacementBox& box = tile.displacement;
+    put(lo, box.lo);
+    put(hi, box.hi);
+    put(foreseen_lo, box.foreseen_lo);
+    put(foreseen_hi, box.foreseen_hi);
+    tile.finite = sound == kSpatial;
 }
 
 } // namespace talus::core

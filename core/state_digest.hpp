@@ -5,7 +5,9 @@
 #include <cstdint>
 #include <cstring>
 
+#ifndef XXH_INLINE_ALL
 #define XXH_INLINE_ALL
+#endif
 #include <xxhash.h>
 
 #include "core/particles.hpp"

@@ -4,7 +4,9 @@
 // which the partner's tile collects before it integrates. So force tasks need no order among themselves, and no atomics.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include "core/cells.hpp"
@@ -40,35 +42,38 @@ struct ContactListData {
     }
 };
 
-/// How far the grains of a tile moved since the lists were built, now and as foreseen.
+/// How far the grains of a tile moved since the lists were built, now and as foreseen. Empty: lo above hi.
 struct DisplacementBox {
-    double lo[3], hi[3];               // m
+    double lo[3], hi[3];                   // m
     double foreseen_lo[3], foreseen_hi[3]; // m, a few steps on
-    bool empty = true;
 
-    void clear() { empty = true; }
+    DisplacementBox() { clear(); }
+    void clear() {
+        for (int a = 0; a < 3; ++a) {
+            lo[a] = foreseen_lo[a] = std::numeric_limits<double>::infinity();
+            hi[a] = foreseen_hi[a] = -std::numeric_limits<double>::infinity();
+        }
+    }
     void add(const double (&now)[3], const double (&foreseen)[3]) {
         for (int a = 0; a < 3; ++a) {
-            lo[a] = empty || now[a] < lo[a] ? now[a] : lo[a];
-            hi[a] = empty || now[a] > hi[a] ? now[a] : hi[a];
-            foreseen_lo[a] = empty || foreseen[a] < foreseen_lo[a] ? foreseen[a] : foreseen_lo[a];
-            foreseen_hi[a] = empty || foreseen[a] > foreseen_hi[a] ? foreseen[a] : foreseen_hi[a];
+            lo[a] = std::min(lo[a], now[a]);
+            hi[a] = std::max(hi[a], now[a]);
+            foreseen_lo[a] = std::min(foreseen_lo[a], foreseen[a]);
+            foreseen_hi[a] = std::max(foreseen_hi[a], foreseen[a]);
         }
-        empty = false;
     }
     void merge(const DisplacementBox& b) {
-        if (b.empty) return;
         for (int a = 0; a < 3; ++a) {
-            lo[a] = empty || b.lo[a] < lo[a] ? b.lo[a] : lo[a];
-            hi[a] = empty || b.hi[a] > hi[a] ? b.hi[a] : hi[a];
-            foreseen_lo[a] = empty || b.foreseen_lo[a] < foreseen_lo[a] ? b.foreseen_lo[a] : foreseen_lo[a];
-            foreseen_hi[a] = empty || b.foreseen_hi[a] > foreseen_hi[a] ? b.foreseen_hi[a] : foreseen_hi[a];
+            lo[a] = std::min(lo[a], b.lo[a]);
+            hi[a] = std::max(hi[a], b.hi[a]);
+            foreseen_lo[a] = std::min(foreseen_lo[a], b.foreseen_lo[a]);
+            foreseen_hi[a] = std::max(foreseen_hi[a], b.foreseen_hi[a]);
         }
-        empty = false;
     }
+    bool empty() const { return lo[0] > hi[0]; }
     /// Square of the largest relative displacement of two grains in the box.
-    double relative_squared() const { return empty ? 0.0 : diagonal(lo, hi); }
-    double foreseen_squared() const { return empty ? 0.0 : diagonal(foreseen_lo, foreseen_hi); }
+    double relative_squared() const { return empty() ? 0.0 : diagonal(lo, hi); }
+    double foreseen_squared() const { return empty() ? 0.0 : diagonal(foreseen_lo, foreseen_hi); }
 
 private:
     static double diagonal(const double (&l)[3], const double (&h)[3]) {

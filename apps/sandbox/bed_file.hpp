@@ -37,7 +37,7 @@ struct Bed {
 };
 
 // Reads and checks a file; every fault is added with its line (text) or row (HDF5). [local]
-Bed read_bed(const std::string &path, const std::string &axes, Faults &faults);
+Bed read_bed(const std::string& path, const std::string& axes, Faults& faults);
 
 // The readers of the two formats; axes as in the file, nothing checked but the format itself.
 struct RawBed {
@@ -46,11 +46,11 @@ struct RawBed {
     std::int64_t stated_count = -1; // by the head line
     bool has_box = false;
 };
-RawBed read_bed_text(const std::string &path, Faults &faults);
-RawBed read_bed_hdf5(const std::string &path, Faults &faults);
+RawBed read_bed_text(const std::string& path, Faults& faults);
+RawBed read_bed_hdf5(const std::string& path, Faults& faults);
 
 // Rank 0's summary on every rank. [collective]
-BedSummary share(const Team &team, const BedSummary &summary);
+BedSummary share(const Team& team, const BedSummary& summary);
 
 } // namespace talus::sandbox
 

@@ -23,18 +23,17 @@ std::vector<std::string_view> split(std::string_view line) {
 }
 
 // The whole word, and only it, is the number; "nan" and "inf" are numbers here and refused later, by name.
-template <class T> bool parse(std::string_view word, T &value) {
-    if (!word.empty() && word.front() == '+')
-        word.remove_prefix(1);
+template <class T>
+bool parse(std::string_view word, T& value) {
+    if (!word.empty() && word.front() == '+') word.remove_prefix(1);
     const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
     return error == std::errc() && end == word.data() + word.size();
 }
 
-void read_head(const std::string &place, const std::vector<std::string_view> &words, RawBed &raw, Faults &faults) {
+void read_head(const std::string& place, const std::vector<std::string_view>& words, RawBed& raw, Faults& faults) {
     double numbers[6];
     bool good = words.size() == 7 && parse(words[0], raw.stated_count) && raw.stated_count >= 0;
-    for (std::size_t i = 0; good && i < 6; ++i)
-        good = parse(words[i + 1], numbers[i]);
+    for (std::size_t i = 0; good && i < 6; ++i) good = parse(words[i + 1], numbers[i]);
     if (!good) {
         raw.stated_count = -1;
         faults.add(fmt::format("{}: the first line must be \"# N xlo xhi ylo yhi zlo zhi\", in m", place));
@@ -49,7 +48,7 @@ void read_head(const std::string &place, const std::vector<std::string_view> &wo
 
 } // namespace
 
-RawBed read_bed_text(const std::string &path, Faults &faults) {
+RawBed read_bed_text(const std::string& path, Faults& faults) {
     RawBed raw;
     std::ifstream stream(path);
     std::string line;
@@ -63,11 +62,9 @@ RawBed read_bed_text(const std::string &path, Faults &faults) {
             else if (is_comment)
                 words.erase(words.begin());
             read_head(place, is_comment ? words : std::vector<std::string_view>{}, raw, faults);
-            if (is_comment)
-                continue;
+            if (is_comment) continue;
         }
-        if (words.empty() || is_comment)
-            continue;
+        if (words.empty() || is_comment) continue;
         if (words.size() != 5) {
             faults.add(fmt::format("{}: {} columns; a grain is \"id x y z r\"", place, words.size()));
             continue;
@@ -75,15 +72,13 @@ RawBed read_bed_text(const std::string &path, Faults &faults) {
         std::int64_t label = 0;
         double x[4];
         bool good = parse(words[0], label);
-        if (!good)
-            faults.add(fmt::format("{}: id \"{}\" is not a whole number", place, words[0]));
+        if (!good) faults.add(fmt::format("{}: id \"{}\" is not a whole number", place, words[0]));
         for (std::size_t i = 0; i < 4; ++i)
             if (!parse(words[i + 1], x[i])) {
                 faults.add(fmt::format("{}: {} = \"{}\" is not a number", place, "xyzr"[i], words[i + 1]));
                 good = false;
             }
-        if (!good)
-            continue;
+        if (!good) continue;
         raw.bed.label.push_back(label);
         raw.bed.position.insert(raw.bed.position.end(), x, x + 3);
         raw.bed.radius.push_back(x[3]);

@@ -13,7 +13,7 @@ namespace talus::sandbox {
 
 namespace {
 
-constexpr const char *kEpilogue =
+constexpr const char* kEpilogue =
     R"(Exit codes
   0 done                      4 a file could not be read or written
   1 internal error            5 MPI failed
@@ -33,14 +33,14 @@ std::string version_text() {
 
 } // namespace
 
-bool read_command_line(int argc, char **argv, bool is_speaker, Options &out_options, int &out_exit_code) {
+bool read_command_line(int argc, char** argv, bool is_speaker, Options& out_options, int& out_exit_code) {
     Options options;
     CLI::App app("Sandbox experiments with Talus: a bed of sand is shortened until it faults.", "talus-sandbox");
     app.footer(kEpilogue);
     app.set_version_flag("--version", version_text());
     app.require_subcommand(1);
 
-    const auto add_inputs = [&options](CLI::App *command) {
+    const auto add_inputs = [&options](CLI::App* command) {
         command->add_option("CONFIG", options.config, "configuration file (TOML)")->required();
         // One value each time: a second word after --set is not another setting.
         command->add_option("--set", options.sets, "change one key: table.key=value, in TOML syntax; may be repeated")
@@ -51,18 +51,18 @@ bool read_command_line(int argc, char **argv, bool is_speaker, Options &out_opti
             ->check(CLI::Range(std::int64_t{0}, std::int64_t{1'000'000'000'000}));
         command->add_option("--threads", options.threads, "worker threads of each rank (run.threads)")->type_name("N");
     };
-    CLI::App *run = app.add_subcommand("run", "fill, settle and shorten a sandbox");
+    CLI::App* run = app.add_subcommand("run", "fill, settle and shorten a sandbox");
     add_inputs(run);
     run->add_option("--out", options.out, "output folder; made if it does not exist")->type_name("DIR")->required();
     run->add_option("--trace", options.trace, "write the timeline of some steps in Chrome trace format")->type_name("FILE");
     run->footer(kEpilogue);
-    CLI::App *check = app.add_subcommand("check", "list every fault of a configuration and its bed file; run nothing");
+    CLI::App* check = app.add_subcommand("check", "list every fault of a configuration and its bed file; run nothing");
     add_inputs(check);
-    CLI::App *keys = app.add_subcommand("keys", "list every configuration key with unit, range, default and meaning");
+    CLI::App* keys = app.add_subcommand("keys", "list every configuration key with unit, range, default and meaning");
 
     try {
         app.parse(argc, argv);
-    } catch (const CLI::ParseError &error) {
+    } catch (const CLI::ParseError& error) {
         std::ostringstream out;
         std::ostringstream err;
         const bool is_mistake = app.exit(error, out, err) != 0;

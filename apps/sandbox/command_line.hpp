@@ -23,7 +23,7 @@ struct Options {
 
 // Reads the command line. Returns false when the program is to end with `out_exit_code`: after --help, --version or a
 // mistake; `is_speaker` ranks print which. [local, the same on every rank]
-bool read_command_line(int argc, char **argv, bool is_speaker, Options &out_options, int &out_exit_code);
+bool read_command_line(int argc, char** argv, bool is_speaker, Options& out_options, int& out_exit_code);
 
 } // namespace talus::sandbox
 

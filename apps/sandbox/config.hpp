@@ -83,7 +83,7 @@ struct Config {
     } time;
 
     struct Settle {
-        double kinetic = 1e-7;
+        double kinetic = 1e-5;
         double unbalanced = 1e-2;
         std::int64_t check_every = 200;
         double cap = 1;
@@ -132,7 +132,7 @@ struct Config {
     std::set<std::string> refused; // keys whose value was faulty: they keep their default, and no conclusion is drawn
     std::string source;            // the configuration file's path as the user wrote it
 
-    bool is_given(const std::string &path) const { return given.count(path) != 0; }
+    bool is_given(const std::string& path) const { return given.count(path) != 0; }
 };
 
 } // namespace talus::sandbox

@@ -4,8 +4,7 @@
 
 namespace talus::sandbox {
 
-#define TALUS_SLOT(member)                                                                                             \
-    [](Config &c) -> Slot { return &c.member; }
+#define TALUS_SLOT(member) [](Config& c) -> Slot { return &c.member; }
 
 namespace {
 
@@ -24,6 +23,8 @@ constexpr Range kFromZero{0, kInf, false, true};
 constexpr Range kSteps{1, kMostSteps, false, false};
 constexpr Range kAny{};
 
+// A key is table, name, unit, meaning, slot, range, effect, words, and what it means to leave it out.
+// clang-format off
 std::vector<Key> run_keys() {
     return {
         {"run", "seed", "1", "random numbers of the fill", TALUS_SLOT(run.seed), {0, 9e15}, Effect::kSettledBed, {}},
@@ -175,22 +176,23 @@ std::vector<Key> other_keys() {
     };
 }
 
+// clang-format on
+
 } // namespace
 
-const std::vector<Key> &config_keys() {
+const std::vector<Key>& config_keys() {
     static const std::vector<Key> keys = [] {
         std::vector<Key> all;
-        for (auto &&part : {run_keys(), sand_keys(), box_keys(), wall_keys(), law_keys(), stage_keys(), other_keys()})
+        for (auto&& part : {run_keys(), sand_keys(), box_keys(), wall_keys(), law_keys(), stage_keys(), other_keys()})
             all.insert(all.end(), part.begin(), part.end());
         return all;
     }();
     return keys;
 }
 
-const Key *find_key(const std::string &path) {
-    for (const Key &key : config_keys())
-        if (key.path() == path)
-            return &key;
+const Key* find_key(const std::string& path) {
+    for (const Key& key : config_keys())
+        if (key.path() == path) return &key;
     return nullptr;
 }
 

@@ -18,8 +18,7 @@ struct Setting {
 };
 
 // `source` is the name of the file the text came from. Settings replace what the file says; the last one counts.
-Config read_config(const std::string &text, const std::string &source, const std::vector<Setting> &settings,
-                   Faults &faults);
+Config read_config(const std::string& text, const std::string& source, const std::vector<Setting>& settings, Faults& faults);
 
 } // namespace talus::sandbox
 

@@ -16,24 +16,24 @@ ExitCode exit_code_of(talus_status status);
 class Engine {
 public:
     Engine() = default;
-    explicit Engine(talus_engine *engine);
-    Engine(Engine &&other) noexcept;
-    Engine &operator=(Engine &&other) noexcept;
+    explicit Engine(talus_engine* engine);
+    Engine(Engine&& other) noexcept;
+    Engine& operator=(Engine&& other) noexcept;
     ~Engine();
 
-    talus_engine *get() const { return engine_; }
+    talus_engine* get() const { return engine_; }
 
     // Throws unless `status` is 0 or positive. `doing` opens the message: what was being done, to which input.
-    void check(talus_status status, const std::string &doing) const;
+    void check(talus_status status, const std::string& doing) const;
 
     talus_state state() const;
 
 private:
-    talus_engine *engine_ = nullptr;
+    talus_engine* engine_ = nullptr;
 };
 
 // For calls without an engine: failed creates and loads.
-void check_create(talus_status status, const std::string &doing);
+void check_create(talus_status status, const std::string& doing);
 
 } // namespace talus::sandbox
 

@@ -16,12 +16,12 @@ enum ExitCode : int {
     kExitUnstable = 3, // the simulation left its valid range, or a grain left the box
     kExitIo = 4,       // a file could not be read or written
     kExitMpi = 5,
-    kExitStopped = 6,  // on request (Ctrl-C, SIGTERM, SIGUSR1); everything has been written
+    kExitStopped = 6, // on request (Ctrl-C, SIGTERM, SIGUSR1); everything has been written
 };
 
 class Failure : public std::runtime_error {
 public:
-    Failure(ExitCode code, const std::string &text) : std::runtime_error(text), code_(code) {}
+    Failure(ExitCode code, const std::string& text) : std::runtime_error(text), code_(code) {}
     ExitCode code() const { return code_; }
 
 private:

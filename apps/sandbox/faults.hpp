@@ -15,7 +15,7 @@ public:
     bool empty() const { return total_ == 0; }
     std::size_t count() const { return total_; }
     // Throws a Failure(kExitInput) that lists every fault; `source` names the input in the first line.
-    void throw_if_any(const std::string &source) const;
+    void throw_if_any(const std::string& source) const;
 
 private:
     // A file in the wrong format has a fault in every line; the first ones tell it.
@@ -25,7 +25,7 @@ private:
 };
 
 // The candidate nearest to `word` if it is near enough to be meant, else empty (edit distance, capitals ignored).
-std::string nearest_name(std::string_view word, const std::vector<std::string> &candidates);
+std::string nearest_name(std::string_view word, const std::vector<std::string>& candidates);
 
 } // namespace talus::sandbox
 

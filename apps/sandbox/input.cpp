@@ -18,29 +18,25 @@ namespace talus::sandbox {
 
 namespace {
 
-std::string read_text(const std::string &path) {
+std::string read_text(const std::string& path) {
     std::error_code error;
-    if (std::filesystem::is_directory(path, error))
-        throw Failure(kExitInput, path + ": is a folder; give a configuration file");
+    if (std::filesystem::is_directory(path, error)) throw Failure(kExitInput, path + ": is a folder; give a configuration file");
     std::ifstream stream(path, std::ios::binary);
-    if (!stream)
-        throw Failure(kExitInput, fmt::format("{}: cannot be opened: {}", path, std::strerror(errno)));
+    if (!stream) throw Failure(kExitInput, fmt::format("{}: cannot be opened: {}", path, std::strerror(errno)));
     std::ostringstream text;
     text << stream.rdbuf();
     return text.str();
 }
 
-std::vector<Setting> settings_of(const Options &options) {
+std::vector<Setting> settings_of(const Options& options) {
     std::vector<Setting> settings;
-    for (const std::string &set : options.sets)
-        settings.push_back({"--set", set});
-    if (options.threads)
-        settings.push_back({"--threads", fmt::format("run.threads={}", *options.threads)});
+    for (const std::string& set : options.sets) settings.push_back({"--set", set});
+    if (options.threads) settings.push_back({"--threads", fmt::format("run.threads={}", *options.threads)});
     return settings;
 }
 
 // The processors this rank may use: its own if it was bound to some, else its share of the machine.
-std::int64_t processors(const Team &team) {
+std::int64_t processors(const Team& team) {
     const std::int64_t online = std::max(1L, sysconf(_SC_NPROCESSORS_ONLN));
     cpu_set_t mask;
     const std::int64_t allowed = sched_getaffinity(0, sizeof mask, &mask) == 0 ? CPU_COUNT(&mask) : online;
@@ -50,15 +46,13 @@ std::int64_t processors(const Team &team) {
 
 } // namespace
 
-Input read_input(const Team &team, const Options &options) {
+Input read_input(const Team& team, const Options& options) {
     Input input;
     std::string text;
     BedSummary bed;
     const std::vector<Setting> settings = settings_of(options);
-    const auto parse = [&](Faults &faults) {
-        input.config = read_config(text, options.config, settings, faults);
-    };
-    const auto plan = [&](bool has_bed, Faults &faults) {
+    const auto parse = [&](Faults& faults) { input.config = read_config(text, options.config, settings, faults); };
+    const auto plan = [&](bool has_bed, Faults& faults) {
         const std::optional<BedSummary> summary = has_bed ? std::optional(bed) : std::nullopt;
         input.plan = make_plan(input.config, summary, options.steps, team.size(), faults);
     };
@@ -67,7 +61,7 @@ Input read_input(const Team &team, const Options &options) {
         Faults faults;
         parse(faults);
         bool has_bed = false;
-        const std::string &file = input.config.bed.file;
+        const std::string& file = input.config.bed.file;
         if (!file.empty() && input.config.refused.count("bed.axes") == 0) {
             const std::size_t before = faults.count();
             input.bed = read_bed(file, input.config.bed.axes, faults);
@@ -91,13 +85,12 @@ Input read_input(const Team &team, const Options &options) {
     return input;
 }
 
-void check_memory(const Team &team, const Plan &plan) {
+void check_memory(const Team& team, const Plan& plan) {
     std::ifstream stream("/proc/meminfo");
     std::string word;
     std::int64_t kilobytes = std::numeric_limits<std::int64_t>::max() / 1024;
     while (stream >> word)
-        if (word == "MemAvailable:")
-            stream >> kilobytes;
+        if (word == "MemAvailable:") stream >> kilobytes;
     const double free = 1024.0 * static_cast<double>(team.smallest(kilobytes));
     const double on_node = static_cast<double>(team.largest(team.size_on_node()));
     const double needed = plan.bytes() * on_node / team.size();

@@ -18,10 +18,10 @@ struct Input {
 };
 
 // Throws a Failure that lists all faults of configuration and bed file at once. [collective]
-Input read_input(const Team &team, const Options &options);
+Input read_input(const Team& team, const Options& options);
 
 // Throws if the planned grains do not fit into the memory of every machine in use. [collective]
-void check_memory(const Team &team, const Plan &plan);
+void check_memory(const Team& team, const Plan& plan);
 
 } // namespace talus::sandbox
 

@@ -26,7 +26,7 @@ constexpr double kDefaultDistance = 0.5;      // of the length: the paper's 5 s 
 constexpr double kDefaultSnapshot = 0.002;    // [m]
 
 // Rayleigh step of a grain (physics: Li et al.).
-double rayleigh_step(double radius, const Config::Sand &sand) {
+double rayleigh_step(double radius, const Config::Sand& sand) {
     const double shear = sand.young / (2 * (1 + sand.poisson));
     return kPi * radius * std::sqrt(sand.density / shear) / (0.1631 * sand.poisson + 0.8766);
 }
@@ -39,8 +39,7 @@ double linear_contact_time(double radius, double density, double stiffness) {
 
 class Planner {
 public:
-    Planner(const Config &config, const std::optional<BedSummary> &bed, std::optional<std::int64_t> steps, int ranks,
-            Faults &faults)
+    Planner(const Config& config, const std::optional<BedSummary>& bed, std::optional<std::int64_t> steps, int ranks, Faults& faults)
         : c_(config), bed_(bed), steps_(steps), ranks_(ranks), faults_(faults) {}
 
     Plan make() {
@@ -48,8 +47,7 @@ public:
         const bool has_geometry = c_.bed.file.empty() || bed_.has_value();
         exclusive_keys();
         words();
-        if (!has_geometry)
-            return plan_;
+        if (!has_geometry) return plan_;
         if (bed_)
             geometry_of_bed();
         else
@@ -64,22 +62,21 @@ public:
     }
 
 private:
-    const Config &c_;
-    const std::optional<BedSummary> &bed_;
+    const Config& c_;
+    const std::optional<BedSummary>& bed_;
     std::optional<std::int64_t> steps_;
     int ranks_;
-    Faults &faults_;
+    Faults& faults_;
     Plan plan_;
 
     // A fault of the first key, unless one of the keys it follows from was refused already.
-    void fault(std::initializer_list<const char *> keys, const std::string &text) {
-        for (const char *key : keys)
-            if (c_.refused.count(key) != 0)
-                return;
+    void fault(std::initializer_list<const char*> keys, const std::string& text) {
+        for (const char* key : keys)
+            if (c_.refused.count(key) != 0) return;
         const std::string first = *keys.begin();
         faults_.add(fmt::format("{}: {}: {}", where(c_, first), subject(c_, first), text));
     }
-    void only_one(const char *first, const char *second) {
+    void only_one(const char* first, const char* second) {
         if (c_.is_given(first) && c_.is_given(second))
             fault({first, second}, fmt::format("{} is given too; give one of them", subject(c_, second)));
     }
@@ -89,33 +86,27 @@ private:
         only_one("shorten.distance", "shorten.duration");
         only_one("run.snapshot_shortening", "run.snapshot_time");
         if (c_.is_given("shorten.ramp") && c_.shorten.start != kStartRamp)
-            fault({"shorten.ramp", "shorten.start"},
-                  fmt::format("{} has no ramp; remove one of them", subject(c_, "shorten.start")));
-        if (c_.bed.file.empty())
-            return;
-        for (const char *key : {"sand.diameter_mean", "sand.diameter_half_width", "box.length", "box.depth", "box.width",
+            fault({"shorten.ramp", "shorten.start"}, fmt::format("{} has no ramp; remove one of them", subject(c_, "shorten.start")));
+        if (c_.bed.file.empty()) return;
+        for (const char* key : {"sand.diameter_mean", "sand.diameter_half_width", "box.length", "box.depth", "box.width",
                                 "box.solid_fraction", "box.fill_room", "box.level"})
-            if (c_.is_given(key))
-                fault({key}, fmt::format("is told by the bed file ({}); remove this key or bed.file", c_.bed.file));
+            if (c_.is_given(key)) fault({key}, fmt::format("is told by the bed file ({}); remove this key or bed.file", c_.bed.file));
     }
 
     void words() {
         std::string axes = c_.bed.axes;
         std::sort(axes.begin(), axes.end());
-        if (axes != "xyz")
-            fault({"bed.axes"}, "must name x, y and z once each, as in \"xzy\" for a file with z up");
+        if (axes != "xyz") fault({"bed.axes"}, "must name x, y and z once each, as in \"xzy\" for a file with z up");
         if (c_.laws.normal == TALUS_NORMAL_LINEAR && !c_.laws.stiffness_n)
             fault({"laws.stiffness_n", "laws.normal"}, "the linear law needs it; give a number above 0 N/m");
         if (c_.laws.normal != TALUS_NORMAL_LINEAR)
-            for (const char *key : {"laws.stiffness_n", "laws.stiffness_t"})
-                if (c_.is_given(key))
-                    fault({key, "laws.normal"}, "belongs to the linear law; set laws.normal = \"linear\" or remove it");
+            for (const char* key : {"laws.stiffness_n", "laws.stiffness_t"})
+                if (c_.is_given(key)) fault({key, "laws.normal"}, "belongs to the linear law; set laws.normal = \"linear\" or remove it");
         if (c_.laws.rolling_radius == TALUS_ROLLING_RADIUS_OWN && c_.laws.rolling == TALUS_ROLLING_SPRING)
             fault({"laws.rolling_radius", "laws.rolling"}, "goes with rolling = \"constant\" only; use \"effective\"");
         if (c_.walls.rigid)
-            for (const char *key : {"walls.young", "walls.poisson"})
-                if (c_.is_given(key))
-                    fault({key, "walls.rigid"}, "means nothing for rigid walls; remove it or walls.rigid");
+            for (const char* key : {"walls.young", "walls.poisson"})
+                if (c_.is_given(key)) fault({key, "walls.rigid"}, "means nothing for rigid walls; remove it or walls.rigid");
     }
 
     void geometry_of_bed() {
@@ -131,7 +122,7 @@ private:
     }
 
     void geometry_of_fill() {
-        const Config::Sand &sand = c_.sand;
+        const Config::Sand& sand = c_.sand;
         if (sand.diameter_half_width >= sand.diameter_mean)
             return fault({"sand.diameter_half_width", "sand.diameter_mean"},
                          fmt::format("is not below diameter_mean = {:g} m: the smallest grain would have no size; "
@@ -149,8 +140,7 @@ private:
         const double depth = c_.box.depth * (c_.box.level ? kLevelSurplus : 1);
         const double volume = c_.box.length * depth * c_.box.width;
         const double grains = std::floor(c_.box.solid_fraction * volume / plan_.grain_volume);
-        for (const auto &[key, size] : {std::pair{"box.length", c_.box.length}, {"box.depth", c_.box.depth},
-                                        {"box.width", c_.box.width}})
+        for (const auto& [key, size] : {std::pair{"box.length", c_.box.length}, {"box.depth", c_.box.depth}, {"box.width", c_.box.width}})
             if (size < 2 * b)
                 fault({key, "sand.diameter_mean", "sand.diameter_half_width"},
                       fmt::format("holds zero grains of up to {:g} m; make it larger or the grains smaller", 2 * b));
@@ -158,44 +148,39 @@ private:
             return fault({"sand.diameter_mean", "box.length", "box.depth", "box.width"},
                          fmt::format("would need {:g} grains; check the units: lengths are in m", grains));
         plan_.grains = static_cast<std::int64_t>(grains);
-        if (plan_.grains < 1)
-            return;
+        if (plan_.grains < 1) return;
 
         // The lattice of the fill, as talus_fill lays it.
         const double spacing = 2 * b * (1 + c_.box.fill_room);
-        const double in_layer =
-            std::max(1.0, std::floor(c_.box.length / spacing)) * std::max(1.0, std::floor(c_.box.width / spacing));
+        const double in_layer = std::max(1.0, std::floor(c_.box.length / spacing)) * std::max(1.0, std::floor(c_.box.width / spacing));
         plan_.fill_top = std::ceil(grains / in_layer) * spacing;
         plan_.fall_time = std::sqrt(2 * plan_.fill_top / c_.box.gravity);
     }
 
     void time_step() {
-        if (plan_.radius_min <= 0)
-            return;
+        if (plan_.radius_min <= 0) return;
         plan_.critical_step = rayleigh_step(plan_.radius_min, c_.sand);
         plan_.step = c_.time.step.value_or(c_.time.step_fraction * plan_.critical_step);
-        const char *smallest = bed_ ? "bed.file" : "sand.diameter_mean";
+        const char* smallest = bed_ ? "bed.file" : "sand.diameter_mean";
         if (plan_.step > kStepLimit * plan_.critical_step)
             fault({"time.step", smallest, "sand.young", "sand.density"},
                   fmt::format("is {:.3g} of the Rayleigh step {:.4g} s of the smallest grain; stay below {:g} of it, "
                               "best at 0.1 to 0.2 ({:.3g} to {:.3g} s)",
-                              plan_.step / plan_.critical_step, plan_.critical_step, kStepLimit,
-                              0.1 * plan_.critical_step, 0.2 * plan_.critical_step));
-        if (c_.laws.normal != TALUS_NORMAL_LINEAR || !c_.laws.stiffness_n)
-            return;
+                              plan_.step / plan_.critical_step, plan_.critical_step, kStepLimit, 0.1 * plan_.critical_step,
+                              0.2 * plan_.critical_step));
+        if (c_.laws.normal != TALUS_NORMAL_LINEAR || !c_.laws.stiffness_n) return;
         const double contact = linear_contact_time(plan_.radius_min, c_.sand.density, *c_.laws.stiffness_n);
         if (!c_.time.step)
             plan_.step = std::min(plan_.step, contact / kLinearStepsPerContact);
         else if (plan_.step > contact / kLeastStepsPerContact)
             fault({"time.step", "laws.stiffness_n", smallest},
-                  fmt::format("a contact of the linear law lasts {:.4g} s; stay below an eighth of it, best at {:.3g} s",
-                              contact, contact / kLinearStepsPerContact));
+                  fmt::format("a contact of the linear law lasts {:.4g} s; stay below an eighth of it, best at {:.3g} s", contact,
+                              contact / kLinearStepsPerContact));
     }
 
     void motion() {
-        if (!(plan_.step > 0))
-            return;
-        const Config::Shorten &s = c_.shorten;
+        if (!(plan_.step > 0)) return;
+        const Config::Shorten& s = c_.shorten;
         // A floor of little friction carries little; but a ramp must end, so it counts as at least this.
         constexpr double kLeastCarrying = 0.05;
         const double carrying = std::max(c_.walls.floor_friction, kLeastCarrying) * c_.box.gravity;
@@ -204,7 +189,7 @@ private:
 
         const double distance = s.distance.value_or(kDefaultDistance * plan_.length());
         const double steps_wanted = (s.duration ? *s.duration : distance / s.speed + ramp) / plan_.step;
-        const char *goal = s.duration ? "shorten.duration" : "shorten.distance";
+        const char* goal = s.duration ? "shorten.duration" : "shorten.distance";
         if (steps_wanted > 1e15)
             return fault({goal, "shorten.speed", "time.step"},
                          fmt::format("would take {:g} steps; check the units: m, s and m/s", steps_wanted));
@@ -217,10 +202,9 @@ private:
 
         const double travel = plan_.shortening.travel(plan_.shorten_steps);
         const double most = 0.9 * plan_.length();
-        if (travel <= most)
-            return;
-        const std::string problem = fmt::format(
-            "the front wall would go {:.4g} m in a box {:g} m long; let it go {:.4g} m at most", travel, plan_.length(), most);
+        if (travel <= most) return;
+        const std::string problem =
+            fmt::format("the front wall would go {:.4g} m in a box {:g} m long; let it go {:.4g} m at most", travel, plan_.length(), most);
         if (steps_)
             faults_.add(fmt::format("--steps {}: {}", *steps_, problem));
         else
@@ -229,16 +213,14 @@ private:
 
     void height() {
         const double diameter = 2 * plan_.radius_max;
-        if (plan_.grains < 1 || !(diameter > 0))
-            return;
+        if (plan_.grains < 1 || !(diameter > 0)) return;
         const double depth = bed_ ? bed_->top - bed_->lo[1] : c_.box.depth;
         // Sand keeps its volume: its mean depth grows as the box gets shorter, and it stands higher at the back stop.
         const double left = std::max(0.1 * plan_.length(), plan_.length() - plan_.shortening.travel(plan_.shorten_steps));
         const double wedge = depth * plan_.length() / left + 0.5 * kWedgeSlope * left;
         const double needed = std::max(bed_ ? depth + diameter : plan_.fill_top, wedge) + 4 * diameter;
         double height = std::max(needed, 4 * depth);
-        if (bed_)
-            height = std::max(height, bed_->hi[1] - bed_->lo[1]);
+        if (bed_) height = std::max(height, bed_->hi[1] - bed_->lo[1]);
         if (c_.box.height && *c_.box.height < needed)
             fault({"box.height", "box.depth", "box.length", "box.width", "shorten.distance", "shorten.duration"},
                   fmt::format("the {} needs {:.4g} m; leave the key out to have {:.4g} m",
@@ -247,15 +229,13 @@ private:
     }
 
     void periodic_length() {
-        if (!c_.box.periodic_z || plan_.radius_max <= 0)
-            return;
+        if (!c_.box.periodic_z || plan_.radius_max <= 0) return;
         const double least = 2 * (2 * plan_.radius_max + plan_.skin);
-        if (plan_.width() >= least)
-            return;
-        const std::string problem = fmt::format(
-            "a periodic length must be at least 2 (largest diameter + skin) = {:.6g} m, so that no two grains meet twice; "
-            "make the box wider or engine.skin smaller than {:.3g} m",
-            least, plan_.skin);
+        if (plan_.width() >= least) return;
+        const std::string problem =
+            fmt::format("a periodic length must be at least 2 (largest diameter + skin) = {:.6g} m, so that no two grains meet twice; "
+                        "make the box wider or engine.skin smaller than {:.3g} m",
+                        least, plan_.skin);
         if (bed_)
             fault({"bed.file", "engine.skin"}, fmt::format("its width is {:.6g} m; {}", plan_.width(), problem));
         else
@@ -267,9 +247,8 @@ private:
             fault({"engine.skin", "sand.diameter_mean"},
                   fmt::format("is larger than two grains; a twentieth to a fifth of the diameter ({:.2g} to {:.2g} m) is fast",
                               0.1 * plan_.radius_max, 0.4 * plan_.radius_max));
-        if (ranks_ < 1 || plan_.grains < 1)
-            return;
-        const auto &grid = c_.engine.rank_grid;
+        if (ranks_ < 1 || plan_.grains < 1) return;
+        const auto& grid = c_.engine.rank_grid;
         const std::int64_t product = grid[0] * grid[1] * grid[2];
         if (product != 0 && product != ranks_)
             fault({"engine.rank_grid"}, fmt::format("is for {} ranks, this run has {}; give three numbers with the "
@@ -283,34 +262,30 @@ private:
             most *= room;
             if (static_cast<double>(grid[axis]) > room)
                 fault({"engine.rank_grid"},
-                      fmt::format("{} subdomains along {} are narrower than grain and skin, {:.3g} m; at most {:g} fit",
-                                  grid[axis], "xyz"[axis], reach, room));
+                      fmt::format("{} subdomains along {} are narrower than grain and skin, {:.3g} m; at most {:g} fit", grid[axis],
+                                  "xyz"[axis], reach, room));
         }
         if (ranks_ > most)
             faults_.add(fmt::format("{}: {} ranks: subdomains would be narrower than grain and skin, {:.3g} m, and could "
                                     "not hold a halo; use at most {:g} ranks",
                                     c_.source, ranks_, reach, most));
         if (static_cast<double>(plan_.grains) / ranks_ > kMostGrainsPerRank)
-            faults_.add(fmt::format("{}: {} grains on {} ranks: a rank holds at most {:g}; use {:g} ranks or more",
-                                    c_.source, plan_.grains, ranks_, kMostGrainsPerRank,
-                                    std::ceil(static_cast<double>(plan_.grains) / kMostGrainsPerRank)));
+            faults_.add(fmt::format("{}: {} grains on {} ranks: a rank holds at most {:g}; use {:g} ranks or more", c_.source, plan_.grains,
+                                    ranks_, kMostGrainsPerRank, std::ceil(static_cast<double>(plan_.grains) / kMostGrainsPerRank)));
     }
 
     void snapshots() {
         plan_.snapshots_by_time = c_.run.snapshot_time.has_value();
-        plan_.snapshot_every = plan_.snapshots_by_time ? *c_.run.snapshot_time
-                                                       : c_.run.snapshot_shortening.value_or(kDefaultSnapshot);
-        const double span = plan_.snapshots_by_time ? static_cast<double>(plan_.shorten_steps) * plan_.step
-                                                    : plan_.shortening.travel(plan_.shorten_steps);
-        const char *key = plan_.snapshots_by_time ? "run.snapshot_time" : "run.snapshot_shortening";
+        plan_.snapshot_every = plan_.snapshots_by_time ? *c_.run.snapshot_time : c_.run.snapshot_shortening.value_or(kDefaultSnapshot);
+        const double span =
+            plan_.snapshots_by_time ? static_cast<double>(plan_.shorten_steps) * plan_.step : plan_.shortening.travel(plan_.shorten_steps);
+        const char* key = plan_.snapshots_by_time ? "run.snapshot_time" : "run.snapshot_shortening";
         if (span / plan_.snapshot_every > kMostSnapshots)
             fault({key, "shorten.distance", "shorten.duration", "shorten.speed"},
-                  fmt::format("would write {:.0f} snapshots; at most {:g} have a name", span / plan_.snapshot_every,
-                              kMostSnapshots));
+                  fmt::format("would write {:.0f} snapshots; at most {:g} have a name", span / plan_.snapshot_every, kMostSnapshots));
         if (c_.is_given(key) && plan_.shorten_steps > 0 && !steps_ && plan_.snapshot_every > span)
             fault({key, "shorten.distance", "shorten.duration", "shorten.speed"},
-                  fmt::format("is more than the whole stage, {:.4g} {}; 2 mm are 0.002 m", span,
-                              plan_.snapshots_by_time ? "s" : "m"));
+                  fmt::format("is more than the whole stage, {:.4g} {}; 2 mm are 0.002 m", span, plan_.snapshots_by_time ? "s" : "m"));
     }
 };
 
@@ -321,32 +296,27 @@ std::int64_t Plan::snapshot_step(std::int64_t n) const {
     return snapshots_by_time ? static_cast<std::int64_t>(std::llround(due / step)) : shortening.steps_for(due);
 }
 
-double Plan::bytes() const {
-    return kBytesPerGrain * static_cast<double>(grains);
-}
+double Plan::bytes() const { return kBytesPerGrain * static_cast<double>(grains); }
 
-Plan make_plan(const Config &config, const std::optional<BedSummary> &bed, std::optional<std::int64_t> steps, int ranks,
-               Faults &faults) {
+Plan make_plan(const Config& config, const std::optional<BedSummary>& bed, std::optional<std::int64_t> steps, int ranks, Faults& faults) {
     return Planner(config, bed, steps, ranks, faults).make();
 }
 
-std::string plan_text(const Config &config, const Plan &plan) {
+std::string plan_text(const Config& config, const Plan& plan) {
     const double travel = plan.shortening.travel(plan.shorten_steps);
-    std::string text = fmt::format(
-        "grains      {} of {:.4g} to {:.4g} mm, about {:.3g} GB of memory\n"
-        "box         {:g} x {:.4g} x {:g} m (length, height, width{})\n"
-        "time step   {:.4g} s, {:.3g} of the Rayleigh step\n",
-        plan.grains, 2e3 * plan.radius_min, 2e3 * plan.radius_max, plan.bytes() / 1e9, plan.length(),
-        plan.hi[1] - plan.lo[1], plan.width(), config.box.periodic_z ? ", periodic" : "", plan.step,
-        plan.step / plan.critical_step);
+    std::string text =
+        fmt::format("grains      {} of {:.4g} to {:.4g} mm, about {:.3g} GB of memory\n"
+                    "box         {:g} x {:.4g} x {:g} m (length, height, width{})\n"
+                    "time step   {:.4g} s, {:.3g} of the Rayleigh step\n",
+                    plan.grains, 2e3 * plan.radius_min, 2e3 * plan.radius_max, plan.bytes() / 1e9, plan.length(), plan.hi[1] - plan.lo[1],
+                    plan.width(), config.box.periodic_z ? ", periodic" : "", plan.step, plan.step / plan.critical_step);
     if (plan.has_bed_file)
         text += fmt::format("bed         {}\n", config.bed.file);
     else
         text += fmt::format("settling    from {:.3g} mm to {:.3g} mm, at most {:.3g} s or {} steps\n", 1e3 * plan.fill_top,
-                            1e3 * config.box.depth, config.settle.cap,
-                            static_cast<std::int64_t>(std::ceil(config.settle.cap / plan.step)));
-    text += fmt::format("shortening  {:.4g} mm at {:g} m/s after a ramp of {:.3g} s: {} steps, {:.3g} particle-steps\n",
-                        1e3 * travel, plan.shortening.speed(), plan.shortening.ramp(), plan.shorten_steps,
+                            1e3 * config.box.depth, config.settle.cap, static_cast<std::int64_t>(std::ceil(config.settle.cap / plan.step)));
+    text += fmt::format("shortening  {:.4g} mm at {:g} m/s after a ramp of {:.3g} s: {} steps, {:.3g} particle-steps\n", 1e3 * travel,
+                        plan.shortening.speed(), plan.shortening.ramp(), plan.shorten_steps,
                         static_cast<double>(plan.shorten_steps) * static_cast<double>(plan.grains));
     return text;
 }

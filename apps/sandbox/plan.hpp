@@ -23,15 +23,15 @@ struct Plan {
     double grain_mass = 0;                 // [kg] mean
     std::array<double, 3> lo{};            // [m] the domain; walls stand on its faces
     std::array<double, 3> hi{};
-    double fill_top = 0;                   // [m] height the loose fill reaches
-    double skin = 0;                       // [m]
-    double critical_step = 0;              // [s] Rayleigh step of the smallest grain
-    double step = 0;                       // [s]
-    double fall_time = 0;                  // [s] free fall of the fill's top: no bed is at rest before
+    double fill_top = 0;      // [m] height the loose fill reaches
+    double skin = 0;          // [m]
+    double critical_step = 0; // [s] Rayleigh step of the smallest grain
+    double step = 0;          // [s]
+    double fall_time = 0;     // [s] free fall of the fill's top: no bed is at rest before
     Shortening shortening;
     std::int64_t shorten_steps = 0;
     bool snapshots_by_time = false;
-    double snapshot_every = 0;             // [m] of shortening or [s]
+    double snapshot_every = 0; // [m] of shortening or [s]
 
     double length() const { return hi[0] - lo[0]; }
     double width() const { return hi[2] - lo[2]; }
@@ -41,11 +41,10 @@ struct Plan {
 };
 
 // The asked-for number of steps (--steps) replaces [shorten] distance. `ranks` > 0 also checks what hangs on them.
-Plan make_plan(const Config &config, const std::optional<BedSummary> &bed, std::optional<std::int64_t> steps, int ranks,
-               Faults &faults);
+Plan make_plan(const Config& config, const std::optional<BedSummary>& bed, std::optional<std::int64_t> steps, int ranks, Faults& faults);
 
 // A few lines that tell the plan.
-std::string plan_text(const Config &config, const Plan &plan);
+std::string plan_text(const Config& config, const Plan& plan);
 
 } // namespace talus::sandbox
 

@@ -13,23 +13,23 @@ namespace talus::sandbox {
 
 class Progress {
 public:
-    explicit Progress(const Team &team);
+    explicit Progress(const Team& team);
 
     // A line of its own. [rank 0 prints, no communication]
-    void say(const std::string &line);
+    void say(const std::string& line);
 
     // `goal` steps are expected; 0 if nobody knows.
-    void begin(const std::string &stage, std::int64_t grains, std::int64_t goal);
+    void begin(const std::string& stage, std::int64_t grains, std::int64_t goal);
     // Is it time for a new line? The same answer on every rank; rank 0's clock decides. [collective]
     bool is_due();
     // `detail` says where the stage is; imbalance 0 if not measured.
-    void show(std::int64_t step, const std::string &detail, double imbalance);
+    void show(std::int64_t step, const std::string& detail, double imbalance);
     // Leaves the line of the stage as it is last, with `summary`.
-    void end(const std::string &summary);
+    void end(const std::string& summary);
 
 private:
     using Clock = std::chrono::steady_clock;
-    const Team &team_;
+    const Team& team_;
     bool is_terminal_ = false;
     bool has_line_ = false; // a line without its end is on the terminal
     std::string stage_;

@@ -17,8 +17,12 @@ namespace {
 // One experiment from its input to its summary.
 class Experiment {
 public:
-    Experiment(const Team &team, const Options &options)
-        : team_(team), options_(options), input_(read_input(team, options)), folder_(team, options.out), progress_(team),
+    Experiment(const Team& team, const Options& options)
+        : team_(team),
+          options_(options),
+          input_(read_input(team, options)),
+          folder_(team, options.out),
+          progress_(team),
           snapshots_(folder_) {}
 
     ExitCode run() {
@@ -36,11 +40,9 @@ public:
         try {
             is_going = stages(is_settled);
             record_.status = is_going ? "done" : "stopped";
-            if (input_.config.run.checkpoint)
-                save(folder_.file("run.ckpt"));
-        } catch (const Failure &failure) {
-            if (failure.code() != kExitMpi)
-                record_failure(failure);
+            if (input_.config.run.checkpoint) save(folder_.file("run.ckpt"));
+        } catch (const Failure& failure) {
+            if (failure.code() != kExitMpi) record_failure(failure);
             throw;
         }
         finish();
@@ -48,8 +50,8 @@ public:
     }
 
 private:
-    const Team &team_;
-    const Options &options_;
+    const Team& team_;
+    const Options& options_;
     const Input input_;
     OutputFolder folder_;
     Progress progress_;
@@ -70,20 +72,19 @@ private:
     }
 
     std::string kept_bed() const {
-        const std::string &cache = input_.config.settle.bed_cache;
+        const std::string& cache = input_.config.settle.bed_cache;
         return (cache.empty() ? options_.out : cache) + "/" + settled_bed_name(input_.config, input_.plan);
     }
 
     // Grains in the box, lists and first forces; true if they need no settling.
     bool make_bed() {
-        const Config &config = input_.config;
-        const Plan &plan = input_.plan;
+        const Config& config = input_.config;
+        const Plan& plan = input_.plan;
         const auto begin = std::chrono::steady_clock::now();
-        StageRecord &stage = record_.stages.emplace_back();
+        StageRecord& stage = record_.stages.emplace_back();
         stage.name = plan.has_bed_file ? "bed" : "fill";
         bool is_settled = plan.has_bed_file;
-        if (!plan.has_bed_file && config.settle.keep)
-            is_settled = load_kept_bed(stage);
+        if (!plan.has_bed_file && config.settle.keep) is_settled = load_kept_bed(stage);
         if (scene_.engine.get() == nullptr) {
             scene_ = make_scene(team_, config, plan, input_.threads);
             if (plan.has_bed_file)
@@ -96,12 +97,11 @@ private:
         return is_settled;
     }
 
-    bool load_kept_bed(StageRecord &stage) {
+    bool load_kept_bed(StageRecord& stage) {
         const std::string path = kept_bed();
         bool exists = false;
         team_.on_root([&] { exists = fs::exists(path); });
-        if (team_.from_root(std::int64_t{exists}) == 0)
-            return false;
+        if (team_.from_root(std::int64_t{exists}) == 0) return false;
         std::string reason;
         if (!load_scene(team_, input_.config, input_.plan, input_.threads, path, scene_, reason)) {
             progress_.say(fmt::format("{}: this kept bed is not used: {}", path, reason));
@@ -120,8 +120,7 @@ private:
                 snapshots_.write(scene_, state.step, state.time, 0);
                 return false;
             }
-            if (input_.config.settle.keep)
-                keep_bed();
+            if (input_.config.settle.keep) keep_bed();
         }
         stages.switch_friction();
         return stages.shorten(options_.trace);
@@ -136,9 +135,7 @@ private:
         save(path);
     }
 
-    void save(const std::string &path) const {
-        scene_.engine.check(talus_checkpoint_save(scene_.engine.get(), path.c_str()), path);
-    }
+    void save(const std::string& path) const { scene_.engine.check(talus_checkpoint_save(scene_.engine.get(), path.c_str()), path); }
 
     void write_summary() {
         record_.wall_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
@@ -146,12 +143,12 @@ private:
         folder_.write_text("summary.json", summary_text(scene_, input_.config, input_.plan, record_));
     }
 
-    void record_failure(const Failure &failure) {
+    void record_failure(const Failure& failure) {
         record_.status = "failed";
         record_.error = failure.what();
         try {
             write_summary();
-        } catch (const Failure &) {
+        } catch (const Failure&) {
             // The first failure is the one to report.
         }
     }
@@ -171,11 +168,9 @@ private:
 
 } // namespace
 
-ExitCode run(const Team &team, const Options &options) {
-    return Experiment(team, options).run();
-}
+ExitCode run(const Team& team, const Options& options) { return Experiment(team, options).run(); }
 
-ExitCode check(const Team &team, const Options &options) {
+ExitCode check(const Team& team, const Options& options) {
     const Input input = read_input(team, options);
     if (input.plan.has_bed_file) {
         check_memory(team, input.plan);

@@ -9,10 +9,10 @@
 namespace talus::sandbox {
 
 // Returns kExitDone or kExitStopped; throws a Failure, the same on every rank, for anything else. [collective]
-ExitCode run(const Team &team, const Options &options);
+ExitCode run(const Team& team, const Options& options);
 
 // Validates; with a bed file the engine checks its grains too (overlaps). [collective]
-ExitCode check(const Team &team, const Options &options);
+ExitCode check(const Team& team, const Options& options);
 
 } // namespace talus::sandbox
 

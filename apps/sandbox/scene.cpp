@@ -9,8 +9,8 @@ namespace {
 // Material ids, in the order of insertion. Each kind of wall is a material of its own to have its own friction.
 enum Material : std::int32_t { kSand, kFloor, kFront, kBackstop, kSides };
 
-talus_laws laws_of(const Config &config) {
-    const Config::Laws &in = config.laws;
+talus_laws laws_of(const Config& config) {
+    const Config::Laws& in = config.laws;
     talus_laws laws;
     talus_laws_init(&laws);
     laws.normal = in.normal;
@@ -26,7 +26,7 @@ talus_laws laws_of(const Config &config) {
     return laws;
 }
 
-talus_laws settling_laws_of(const Config &config) {
+talus_laws settling_laws_of(const Config& config) {
     talus_laws laws = laws_of(config);
     laws.tangential = TALUS_TANGENTIAL_NONE;
     laws.rolling = TALUS_ROLLING_NONE;
@@ -34,7 +34,7 @@ talus_laws settling_laws_of(const Config &config) {
     return laws;
 }
 
-talus_settings settings_of(const Config &config, const Plan &plan, std::int32_t threads) {
+talus_settings settings_of(const Config& config, const Plan& plan, std::int32_t threads) {
     talus_settings settings;
     talus_settings_init(&settings);
     for (int axis = 0; axis < 3; ++axis) {
@@ -57,8 +57,8 @@ talus_settings settings_of(const Config &config, const Plan &plan, std::int32_t 
     return settings;
 }
 
-std::vector<Wall> walls_of(const Config &config) {
-    const Config::Shorten::Moving &moving = config.shorten.moving;
+std::vector<Wall> walls_of(const Config& config) {
+    const Config::Shorten::Moving& moving = config.shorten.moving;
     std::vector<Wall> walls{{"floor", 0, moving.floor}, {"front", 1, moving.front}, {"backstop", 2, false}};
     if (!config.box.periodic_z) {
         walls.push_back({"side_lo", 3, moving.sides});
@@ -68,27 +68,23 @@ std::vector<Wall> walls_of(const Config &config) {
 }
 
 // What sand does on sand and on each wall. Without friction while settling.
-void set_contacts(const Engine &engine, const Config &config, bool has_friction) {
-    const Config::Sand &sand = config.sand;
-    const Config::Walls &walls = config.walls;
-    const double friction[] = {sand.friction, walls.floor_friction, walls.front_friction, walls.backstop_friction,
-                               walls.side_friction};
+void set_contacts(const Engine& engine, const Config& config, bool has_friction) {
+    const Config::Sand& sand = config.sand;
+    const Config::Walls& walls = config.walls;
+    const double friction[] = {sand.friction, walls.floor_friction, walls.front_friction, walls.backstop_friction, walls.side_friction};
     for (const std::int32_t other : {kSand, kFloor, kFront, kBackstop, kSides}) {
         talus_contact contact;
         talus_contact_init(&contact);
         contact.restitution = other == kSand ? sand.restitution : walls.restitution.value_or(sand.restitution);
-        if (!has_friction)
-            contact.restitution = config.settle.restitution.value_or(contact.restitution);
+        if (!has_friction) contact.restitution = config.settle.restitution.value_or(contact.restitution);
         contact.friction = has_friction ? friction[other] : 0;
         contact.rolling_friction =
-            !has_friction ? 0
-                          : (other == kSand ? sand.rolling_friction
-                                            : walls.rolling_friction.value_or(sand.rolling_friction));
+            !has_friction ? 0 : (other == kSand ? sand.rolling_friction : walls.rolling_friction.value_or(sand.rolling_friction));
         engine.check(talus_contact_set(engine.get(), kSand, other, &contact), "setting contacts");
     }
 }
 
-void add_materials(const Engine &engine, const Config &config) {
+void add_materials(const Engine& engine, const Config& config) {
     for (const std::int32_t id : {kSand, kFloor, kFront, kBackstop, kSides}) {
         talus_material material;
         talus_material_init(&material);
@@ -102,21 +98,19 @@ void add_materials(const Engine &engine, const Config &config) {
         }
         std::int32_t got = -1;
         engine.check(talus_material_add(engine.get(), &material, &got), "adding materials");
-        if (got != id)
-            throw Failure(kExitInternal, fmt::format("material {} got the id {}", static_cast<int>(id), got));
+        if (got != id) throw Failure(kExitInternal, fmt::format("material {} got the id {}", static_cast<int>(id), got));
     }
 }
 
-void add_walls(Scene &scene, const Plan &plan) {
+void add_walls(Scene& scene, const Plan& plan) {
     struct Face {
         Material material;
         int axis;
         bool is_upper;
     };
-    constexpr Face faces[] = {
-        {kFloor, 1, false}, {kFront, 0, false}, {kBackstop, 0, true}, {kSides, 2, false}, {kSides, 2, true}};
-    for (Wall &wall : scene.walls) {
-        const Face &face = faces[wall.id];
+    constexpr Face faces[] = {{kFloor, 1, false}, {kFront, 0, false}, {kBackstop, 0, true}, {kSides, 2, false}, {kSides, 2, true}};
+    for (Wall& wall : scene.walls) {
+        const Face& face = faces[wall.id];
         talus_wall def;
         talus_wall_init(&def);
         def.material = face.material;
@@ -128,16 +122,15 @@ void add_walls(Scene &scene, const Plan &plan) {
         def.normal[face.axis] = face.is_upper ? -1 : 1;
         std::int32_t got = -1;
         scene.engine.check(talus_wall_add(scene.engine.get(), &def, &got), "adding the wall " + wall.name);
-        if (got != wall.id)
-            throw Failure(kExitInternal, fmt::format("the wall {} got the id {}", wall.name, got));
+        if (got != wall.id) throw Failure(kExitInternal, fmt::format("the wall {} got the id {}", wall.name, got));
     }
 }
 
 } // namespace
 
-Scene make_scene(const Team &team, const Config &config, const Plan &plan, std::int32_t threads) {
+Scene make_scene(const Team& team, const Config& config, const Plan& plan, std::int32_t threads) {
     const talus_settings settings = settings_of(config, plan, threads);
-    talus_engine *raw = nullptr;
+    talus_engine* raw = nullptr;
     check_create(talus_engine_create_comm(&settings, team.comm(), &raw), config.source);
     Scene scene{Engine(raw), walls_of(config)};
     add_materials(scene.engine, config);
@@ -146,14 +139,13 @@ Scene make_scene(const Team &team, const Config &config, const Plan &plan, std::
     return scene;
 }
 
-bool load_scene(const Team &team, const Config &config, const Plan &plan, std::int32_t threads, const std::string &path,
-                Scene &out_scene, std::string &out_reason) {
+bool load_scene(const Team& team, const Config& config, const Plan& plan, std::int32_t threads, const std::string& path, Scene& out_scene,
+                std::string& out_reason) {
     const talus_settings settings = settings_of(config, plan, threads);
-    talus_engine *raw = nullptr;
+    talus_engine* raw = nullptr;
     const std::int32_t comm = static_cast<std::int32_t>(MPI_Comm_c2f(team.comm()));
     const talus_status status = talus_checkpoint_load(path.c_str(), &settings, comm, &raw);
-    if (status == TALUS_ERR_COMM || status == TALUS_ERR_ARGUMENT)
-        check_create(status, path);
+    if (status == TALUS_ERR_COMM || status == TALUS_ERR_ARGUMENT) check_create(status, path);
     if (status < 0) {
         out_reason = talus_message();
         return false;
@@ -162,7 +154,7 @@ bool load_scene(const Team &team, const Config &config, const Plan &plan, std::i
     return true;
 }
 
-void fill_box(const Scene &scene, const Config &config, const Plan &plan) {
+void fill_box(const Scene& scene, const Config& config, const Plan& plan) {
     talus_fill fill;
     talus_fill_init(&fill);
     fill.material = kSand;
@@ -177,12 +169,11 @@ void fill_box(const Scene &scene, const Config &config, const Plan &plan) {
     std::int64_t placed = 0;
     scene.engine.check(talus_particles_fill(scene.engine.get(), &fill, &placed), "filling the box");
     if (placed < plan.grains)
-        throw Failure(kExitInput,
-                      fmt::format("{}: box.height: only {} of {} grains found a place below {:g} m; make it higher",
-                                  config.source, placed, plan.grains, plan.hi[1]));
+        throw Failure(kExitInput, fmt::format("{}: box.height: only {} of {} grains found a place below {:g} m; make it higher",
+                                              config.source, placed, plan.grains, plan.hi[1]));
 }
 
-void insert_bed(const Scene &scene, const Config &config, const Team &team, const Bed &bed) {
+void insert_bed(const Scene& scene, const Config& config, const Team& team, const Bed& bed) {
     talus_particles particles = {};
     particles.struct_size = sizeof particles;
     if (team.is_root()) {
@@ -194,22 +185,21 @@ void insert_bed(const Scene &scene, const Config &config, const Team &team, cons
     scene.engine.check(talus_particles_insert(scene.engine.get(), &particles, config.bed.max_overlap), config.bed.file);
 }
 
-void prepare(const Scene &scene, const Config &config) {
+void prepare(const Scene& scene, const Config& config) {
     scene.engine.check(talus_engine_step(scene.engine.get(), 0, nullptr), config.source);
 }
 
-void switch_friction_on(const Scene &scene, const Config &config) {
+void switch_friction_on(const Scene& scene, const Config& config) {
     const talus_laws laws = laws_of(config);
     scene.engine.check(talus_engine_set_laws(scene.engine.get(), &laws), "switching friction on");
     set_contacts(scene.engine, config, true);
 }
 
-void set_wall_speed(const Scene &scene, double speed) {
+void set_wall_speed(const Scene& scene, double speed) {
     const double velocity[3] = {speed, 0, 0};
-    for (const Wall &wall : scene.walls)
+    for (const Wall& wall : scene.walls)
         if (wall.is_moving)
-            scene.engine.check(talus_wall_set_velocity(scene.engine.get(), wall.id, velocity),
-                               "moving the wall " + wall.name);
+            scene.engine.check(talus_wall_set_velocity(scene.engine.get(), wall.id, velocity), "moving the wall " + wall.name);
 }
 
 } // namespace talus::sandbox

@@ -28,21 +28,21 @@ struct Scene {
 // All functions are collective.
 
 // The engine with materials and walls, empty, with the physics of settling.
-Scene make_scene(const Team &team, const Config &config, const Plan &plan, std::int32_t threads);
+Scene make_scene(const Team& team, const Config& config, const Plan& plan, std::int32_t threads);
 // The same from a kept bed; returns false and the reason if it cannot be read.
-bool load_scene(const Team &team, const Config &config, const Plan &plan, std::int32_t threads, const std::string &path,
-                Scene &out_scene, std::string &out_reason);
+bool load_scene(const Team& team, const Config& config, const Plan& plan, std::int32_t threads, const std::string& path, Scene& out_scene,
+                std::string& out_reason);
 
 // Fill at random up to the planned number of grains.
-void fill_box(const Scene &scene, const Config &config, const Plan &plan);
+void fill_box(const Scene& scene, const Config& config, const Plan& plan);
 // Insert rank 0's bed.
-void insert_bed(const Scene &scene, const Config &config, const Team &team, const Bed &bed);
+void insert_bed(const Scene& scene, const Config& config, const Team& team, const Bed& bed);
 // Lists, first forces and all checks of the engine that need the grains.
-void prepare(const Scene &scene, const Config &config);
+void prepare(const Scene& scene, const Config& config);
 
 // Friction and the laws asked for. Contact histories start from zero.
-void switch_friction_on(const Scene &scene, const Config &config);
-void set_wall_speed(const Scene &scene, double speed);
+void switch_friction_on(const Scene& scene, const Config& config);
+void set_wall_speed(const Scene& scene, double speed);
 
 } // namespace talus::sandbox
 

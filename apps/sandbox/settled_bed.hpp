@@ -12,7 +12,7 @@
 namespace talus::sandbox {
 
 // "settled-<16 hex digits>.ckpt"
-std::string settled_bed_name(const Config &config, const Plan &plan);
+std::string settled_bed_name(const Config& config, const Plan& plan);
 
 } // namespace talus::sandbox
 

@@ -11,7 +11,7 @@ namespace talus::sandbox {
 void install_signal_handlers();
 
 // The engine that a signal stops; nullptr before it dies. A signal that came earlier is passed on now.
-void stop_on_signal(talus_engine *engine);
+void stop_on_signal(talus_engine* engine);
 
 } // namespace talus::sandbox
 

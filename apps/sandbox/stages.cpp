@@ -27,38 +27,32 @@ private:
     std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
-std::int64_t next_multiple(std::int64_t step, std::int64_t every) {
-    return every > 0 ? step - step % every + every : kNever;
-}
+std::int64_t next_multiple(std::int64_t step, std::int64_t every) { return every > 0 ? step - step % every + every : kNever; }
 
 // Measured only where there is something to balance: it costs about a force evaluation.
-double imbalance_of(const Team &team, const Scene &scene) {
-    return team.size() > 1 ? scene.engine.state().imbalance : 0;
-}
+double imbalance_of(const Team& team, const Scene& scene) { return team.size() > 1 ? scene.engine.state().imbalance : 0; }
 
 } // namespace
 
-bool Stages::advance(std::int64_t steps, StageRecord &stage, const char *doing) {
+bool Stages::advance(std::int64_t steps, StageRecord& stage, const char* doing) {
     const Stopwatch watch;
     std::int64_t done = 0;
     const talus_status status = talus_engine_step(scene.engine.get(), steps, &done);
     stage.stepping_seconds += watch.seconds();
     stage.steps += done;
     stage.time = static_cast<double>(stage.steps) * input.plan.step;
-    if (status < 0)
-        scene.engine.check(status, fmt::format("{}, after step {} ({:.6g} s)", doing, stage.steps, stage.time));
+    if (status < 0) scene.engine.check(status, fmt::format("{}, after step {} ({:.6g} s)", doing, stage.steps, stage.time));
     return status != TALUS_STOPPED;
 }
 
 bool Stages::settle() {
-    const Config::Settle &config = input.config.settle;
-    const Plan &plan = input.plan;
+    const Config::Settle& config = input.config.settle;
+    const Plan& plan = input.plan;
     const Stopwatch watch;
-    StageRecord &stage = record.stages.emplace_back();
+    StageRecord& stage = record.stages.emplace_back();
     stage.name = "settle";
     const double diameter = std::cbrt(6 / std::numbers::pi * plan.grain_volume);
-    const double energy_unit =
-        plan.grain_mass * input.config.box.gravity * diameter * static_cast<double>(plan.grains);
+    const double energy_unit = plan.grain_mass * input.config.box.gravity * diameter * static_cast<double>(plan.grains);
     const auto cap = static_cast<std::int64_t>(std::ceil(config.cap / plan.step));
 
     progress.begin(stage.name, plan.grains, 0);
@@ -69,12 +63,12 @@ bool Stages::settle() {
         is_going = advance(std::min(until - stage.steps, kMostStepsPerCall), stage, "settling");
         const bool is_due = progress.is_due();
         const bool is_checked = stage.steps % config.check_every == 0 && stage.time >= plan.fall_time;
-        if (!is_due && !is_checked)
-            continue;
+        if (!is_due && !is_checked) continue;
         const talus_state state = scene.engine.state();
         const double kinetic = state.kinetic_energy / energy_unit;
-        is_at_rest = is_checked && kinetic < config.kinetic && state.unbalanced_force < config.unbalanced &&
-                     static_cast<double>(state.contacts) > kLeastContacts * static_cast<double>(state.particles);
+        is_at_rest = is_checked && kinetic < config.kinetic &&
+                     state.unbalanced_force<config.unbalanced&& static_cast<double>(state.contacts)> kLeastContacts *
+                         static_cast<double>(state.particles);
         if (is_due)
             progress.show(stage.steps,
                           fmt::format("{:.4f} s  kinetic {:.1e} of {:.0e}  unbalanced {:.1e} of {:.0e}", stage.time, kinetic,
@@ -83,17 +77,16 @@ bool Stages::settle() {
     }
     stage.wall_seconds = watch.seconds();
     stage.note = is_at_rest ? "at rest" : is_going ? "not at rest at the cap" : "stopped";
-    progress.end(fmt::format("{:.4f} s in {} steps, {}: {}", stage.time, stage.steps, duration_text(stage.wall_seconds),
-                             stage.note));
+    progress.end(fmt::format("{:.4f} s in {} steps, {}: {}", stage.time, stage.steps, duration_text(stage.wall_seconds), stage.note));
     return is_going;
 }
 
 void Stages::switch_friction() {
     const Stopwatch watch;
-    const Config &config = input.config;
-    const Plan &plan = input.plan;
-    talus_engine *engine = scene.engine.get();
-    StageRecord &stage = record.stages.emplace_back();
+    const Config& config = input.config;
+    const Plan& plan = input.plan;
+    talus_engine* engine = scene.engine.get();
+    StageRecord& stage = record.stages.emplace_back();
     stage.name = "friction";
     if (config.box.level && !plan.has_bed_file) {
         std::int64_t removed = 0;
@@ -101,25 +94,23 @@ void Stages::switch_friction() {
         stage.note = fmt::format("{} grains above {:g} m taken away", removed, config.box.depth);
         progress.say("level     " + stage.note);
     }
-    if (!plan.has_bed_file)
-        switch_friction_on(scene, config);
+    if (!plan.has_bed_file) switch_friction_on(scene, config);
     scene.engine.check(talus_particles_colour_layers(engine, 1, plan.lo[1], config.layers.thickness), "colouring layers");
     scene.engine.check(talus_particles_mark_reference(engine), "marking the reference");
     stage.wall_seconds = watch.seconds();
 }
 
-bool Stages::shorten(const std::string &trace) {
-    const Config &config = input.config;
-    const Plan &plan = input.plan;
-    const Shortening &motion = plan.shortening;
+bool Stages::shorten(const std::string& trace) {
+    const Config& config = input.config;
+    const Plan& plan = input.plan;
+    const Shortening& motion = plan.shortening;
     const Stopwatch watch;
-    StageRecord &stage = record.stages.emplace_back();
+    StageRecord& stage = record.stages.emplace_back();
     stage.name = "shorten";
 
     WallSeries walls(team, folder, scene);
     std::optional<EnergySeries> energy;
-    if (config.engine.energy_ledger)
-        energy.emplace(team, folder);
+    if (config.engine.energy_ledger) energy.emplace(team, folder);
     // Series and snapshots tell the engine's clock, which snapshots and checkpoints hold; it includes settling.
     const talus_state start = scene.engine.state();
     record.shorten_start_step = start.step;
@@ -129,8 +120,7 @@ bool Stages::shorten(const std::string &trace) {
     const auto add_row = [&] {
         last_row = stage.steps;
         walls.add(scene, start.step + stage.steps, start.time + stage.time);
-        if (energy)
-            energy->add(scene, start.step + stage.steps, start.time + stage.time);
+        if (energy) energy->add(scene, start.step + stage.steps, start.time + stage.time);
     };
     const auto add_snapshot = [&] {
         last_snapshot = stage.steps;
@@ -157,17 +147,15 @@ bool Stages::shorten(const std::string &trace) {
             scene.engine.check(talus_trace_start(scene.engine.get(), trace.c_str(), trace_steps), trace);
             next_trace = kNever;
         }
-        const std::int64_t until = std::min(
-            {plan.shorten_steps, next_multiple(stage.steps, config.run.walls_every), next_snapshot, next_speed, next_trace,
-             next_multiple(stage.steps, config.run.checkpoint_every), stage.steps + kMostStepsPerCall});
+        const std::int64_t until =
+            std::min({plan.shorten_steps, next_multiple(stage.steps, config.run.walls_every), next_snapshot, next_speed, next_trace,
+                      next_multiple(stage.steps, config.run.checkpoint_every), stage.steps + kMostStepsPerCall});
         is_going = advance(until - stage.steps, stage, "shortening");
-        if (stage.steps % config.run.walls_every == 0)
-            add_row();
+        if (stage.steps % config.run.walls_every == 0) add_row();
         if (stage.steps >= next_snapshot) {
             add_snapshot();
             // An interval shorter than a step still gives one snapshot a step.
-            while (next_snapshot <= stage.steps)
-                next_snapshot = plan.snapshot_step(++snapshot_number);
+            while (next_snapshot <= stage.steps) next_snapshot = plan.snapshot_step(++snapshot_number);
         }
         if (stage.steps >= next_speed) {
             set_wall_speed(scene, motion.velocity(stage.steps));
@@ -182,15 +170,13 @@ bool Stages::shorten(const std::string &trace) {
                                       1e3 * motion.travel(plan.shorten_steps)),
                           imbalance_of(team, scene));
     }
-    if (last_row != stage.steps)
-        add_row();
-    if (last_snapshot != stage.steps)
-        add_snapshot();
+    if (last_row != stage.steps) add_row();
+    if (last_snapshot != stage.steps) add_snapshot();
     record.shorten_steps = stage.steps;
     stage.wall_seconds = watch.seconds();
     stage.note = is_going ? "" : "stopped";
-    progress.end(fmt::format("{:.4g} mm in {:.4g} s, {} steps, {}{}", 1e3 * motion.travel(stage.steps), stage.time,
-                             stage.steps, duration_text(stage.wall_seconds), is_going ? "" : ": stopped"));
+    progress.end(fmt::format("{:.4g} mm in {:.4g} s, {} steps, {}{}", 1e3 * motion.travel(stage.steps), stage.time, stage.steps,
+                             duration_text(stage.wall_seconds), is_going ? "" : ": stopped"));
     return is_going;
 }
 

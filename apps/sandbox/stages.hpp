@@ -15,13 +15,13 @@
 namespace talus::sandbox {
 
 struct Stages {
-    const Team &team;
-    const Input &input;
-    const Scene &scene;
-    const OutputFolder &folder;
-    Progress &progress;
-    Snapshots &snapshots;
-    RunRecord &record;
+    const Team& team;
+    const Input& input;
+    const Scene& scene;
+    const OutputFolder& folder;
+    Progress& progress;
+    Snapshots& snapshots;
+    RunRecord& record;
 
     // Each returns false if a stop was asked for. [collective]
 
@@ -30,10 +30,10 @@ struct Stages {
     // Friction and laws, coloured layers, the origin of displacements.
     void switch_friction();
     // Walls against the back stop; time series, snapshots, checkpoints. `trace` is a path or empty.
-    bool shorten(const std::string &trace);
+    bool shorten(const std::string& trace);
 
 private:
-    bool advance(std::int64_t steps, StageRecord &stage, const char *doing);
+    bool advance(std::int64_t steps, StageRecord& stage, const char* doing);
 };
 
 } // namespace talus::sandbox

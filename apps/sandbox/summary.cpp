@@ -13,24 +13,21 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-Json phases_json(const Engine &engine) {
+Json phases_json(const Engine& engine) {
     Json json = Json::object();
     constexpr std::int32_t kMost = 64;
     std::vector<talus_phase> phases(kMost);
-    for (talus_phase &phase : phases)
-        phase.struct_size = sizeof phase;
+    for (talus_phase& phase : phases) phase.struct_size = sizeof phase;
     std::int32_t count = kMost;
-    if (talus_engine_phases(engine.get(), &count, phases.data()) != TALUS_OK)
-        return json;
+    if (talus_engine_phases(engine.get(), &count, phases.data()) != TALUS_OK) return json;
     for (std::int32_t i = 0; i < count; ++i)
-        json[phases[i].name] = {
-            {"min", phases[i].min}, {"mean", phases[i].mean}, {"max", phases[i].max}, {"calls", phases[i].calls}};
+        json[phases[i].name] = {{"min", phases[i].min}, {"mean", phases[i].mean}, {"max", phases[i].max}, {"calls", phases[i].calls}};
     return json;
 }
 
-Json stages_json(const std::vector<StageRecord> &stages, std::int64_t particles) {
+Json stages_json(const std::vector<StageRecord>& stages, std::int64_t particles) {
     Json json = Json::array();
-    for (const StageRecord &stage : stages) {
+    for (const StageRecord& stage : stages) {
         Json item;
         item["name"] = stage.name;
         item["steps"] = stage.steps;
@@ -38,51 +35,44 @@ Json stages_json(const std::vector<StageRecord> &stages, std::int64_t particles)
         item["wall_seconds"] = stage.wall_seconds;
         item["stepping_seconds"] = stage.stepping_seconds;
         if (stage.steps > 0 && stage.stepping_seconds > 0)
-            item["particle_steps_per_second"] =
-                static_cast<double>(stage.steps) * static_cast<double>(particles) / stage.stepping_seconds;
-        if (!stage.note.empty())
-            item["note"] = stage.note;
+            item["particle_steps_per_second"] = static_cast<double>(stage.steps) * static_cast<double>(particles) / stage.stepping_seconds;
+        if (!stage.note.empty()) item["note"] = stage.note;
         json.push_back(item);
     }
     return json;
 }
 
-Json snapshots_json(const std::vector<SnapshotRecord> &snapshots) {
+Json snapshots_json(const std::vector<SnapshotRecord>& snapshots) {
     Json json = Json::array();
-    for (const SnapshotRecord &record : snapshots)
-        json.push_back({{"file", record.file},
-                        {"step", record.step},
-                        {"time", record.time},
-                        {"shortening", record.shortening}});
+    for (const SnapshotRecord& record : snapshots)
+        json.push_back({{"file", record.file}, {"step", record.step}, {"time", record.time}, {"shortening", record.shortening}});
     return json;
 }
 
 // Every key with its value, as typed numbers; null for an optional key left out.
-Json configuration_json(const Config &config) {
+Json configuration_json(const Config& config) {
     Json json;
-    for (const Key &key : config_keys()) {
-        Json &item = json[key.table][key.name];
+    for (const Key& key : config_keys()) {
+        Json& item = json[key.table][key.name];
         const std::string text = value_text(key, config);
         // TOML's and JSON's notation of these values is the same.
         item = text.empty() ? Json(nullptr) : Json::parse(text, nullptr, false);
-        if (item.is_discarded())
-            item = text;
+        if (item.is_discarded()) item = text;
     }
     return json;
 }
 
 } // namespace
 
-std::string summary_text(const Scene &scene, const Config &config, const Plan &plan, const RunRecord &run) {
+std::string summary_text(const Scene& scene, const Config& config, const Plan& plan, const RunRecord& run) {
     Json json;
     json["status"] = run.status;
     json["stopped"] = run.status == "stopped";
-    if (!run.error.empty())
-        json["error"] = run.error;
+    if (!run.error.empty()) json["error"] = run.error;
 
     std::int64_t steps = 0;
     double stepping = 0;
-    for (const StageRecord &stage : run.stages) {
+    for (const StageRecord& stage : run.stages) {
         steps += stage.steps;
         stepping += stage.stepping_seconds;
     }
@@ -98,9 +88,8 @@ std::string summary_text(const Scene &scene, const Config &config, const Plan &p
         json["particles"] = plan.grains;
         json["threads"] = run.threads;
     }
-    json["steps"] = steps; // taken by this process, in all stages
-    if (has_state)
-        json["time"] = state.time; // of the engine's clock: settling and its kept steps included
+    json["steps"] = steps;                    // taken by this process, in all stages
+    if (has_state) json["time"] = state.time; // of the engine's clock: settling and its kept steps included
     json["wall_seconds"] = run.wall_seconds;
     json["stepping_seconds"] = stepping;
     const double particles = has_state ? static_cast<double>(state.particles) : static_cast<double>(plan.grains);

@@ -33,7 +33,7 @@ struct RunRecord {
 };
 
 // The text of summary.json. The engine may be poisoned: what it no longer tells is left out. [collective]
-std::string summary_text(const Scene &scene, const Config &config, const Plan &plan, const RunRecord &run);
+std::string summary_text(const Scene& scene, const Config& config, const Plan& plan, const RunRecord& run);
 
 } // namespace talus::sandbox
 

@@ -14,30 +14,27 @@ Team::Team(MPI_Comm comm) {
     MPI_Comm_free(&node);
 }
 
-Team::~Team() {
-    MPI_Comm_free(&comm_);
-}
+Team::~Team() { MPI_Comm_free(&comm_); }
 
-void Team::on_root(const std::function<void()> &work) const {
+void Team::on_root(const std::function<void()>& work) const {
     std::int64_t code = kExitDone;
     std::string text;
     if (is_root()) {
         try {
             work();
-        } catch (const Failure &failure) {
+        } catch (const Failure& failure) {
             code = failure.code();
             text = failure.what();
-        } catch (const std::bad_alloc &) {
+        } catch (const std::bad_alloc&) {
             code = kExitInternal;
             text = "out of memory";
-        } catch (const std::exception &error) {
+        } catch (const std::exception& error) {
             code = kExitInternal;
             text = error.what();
         }
     }
     code = from_root(code);
-    if (code != kExitDone)
-        throw Failure(static_cast<ExitCode>(code), from_root(text));
+    if (code != kExitDone) throw Failure(static_cast<ExitCode>(code), from_root(text));
 }
 
 std::int64_t Team::from_root(std::int64_t value) const {
@@ -50,7 +47,7 @@ double Team::from_root(double value) const {
     return value;
 }
 
-std::string Team::from_root(const std::string &value) const {
+std::string Team::from_root(const std::string& value) const {
     std::string copy = value;
     copy.resize(static_cast<std::size_t>(from_root(static_cast<std::int64_t>(value.size()))));
     MPI_Bcast(copy.data(), static_cast<int>(copy.size()), MPI_CHAR, 0, comm_);

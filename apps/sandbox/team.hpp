@@ -18,8 +18,8 @@ public:
     // Duplicates the communicator, so that no message of the driver can meet one of the engine. [collective]
     explicit Team(MPI_Comm comm);
     ~Team();
-    Team(const Team &) = delete;
-    Team &operator=(const Team &) = delete;
+    Team(const Team&) = delete;
+    Team& operator=(const Team&) = delete;
 
     int rank() const { return rank_; }
     int size() const { return size_; }
@@ -28,11 +28,11 @@ public:
     MPI_Comm comm() const { return comm_; }
 
     // Run `work` on rank 0 only. A Failure or any other exception there becomes the same Failure on every rank.
-    void on_root(const std::function<void()> &work) const;
+    void on_root(const std::function<void()>& work) const;
     // Rank 0's value, everywhere.
     std::int64_t from_root(std::int64_t value) const;
     double from_root(double value) const;
-    std::string from_root(const std::string &value) const;
+    std::string from_root(const std::string& value) const;
     std::int64_t largest(std::int64_t value) const;
     std::int64_t smallest(std::int64_t value) const;
 

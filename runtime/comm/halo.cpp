@@ -18,7 +18,8 @@ using core::Particle;
 namespace {
 
 constexpr int kGhostDoubles = 12;            // position, radius, velocity, mass, angular velocity, meta
-constexpr int kBoxDoubles = 13;              // a DisplacementBox and whether it is empty
+constexpr int kBoxDoubles = 12;              // a DisplacementBox
+static_assert(sizeof(DisplacementBox) == kBoxDoubles * sizeof(double));
 static_assert(offsetof(Particle, listed_position) == kGhostDoubles * sizeof(double));
 
 /// A rank and the image of it that lies near.
@@ -209,14 +210,8 @@ void Halo::send(int k, const Subdomain& sub) {
         out += kGhostDoubles;
     }
     for (const int t : s.tiles) {
-        const DisplacementBox& b = sub.tiles[t].displacement;
-        for (int a = 0; a < 3; ++a) {
-            *out++ = b.lo[a];
-            *out++ = b.hi[a];
-            *out++ = b.foreseen_lo[a];
-            *out++ = b.foreseen_hi[a];
-        }
-        *out++ = b.empty ? 1.0 : 0.0;
+        std::memcpy(out, &sub.tiles[static_cast<std::size_t>(t)].displacement, sizeof(DisplacementBox));
+        out += kBoxDoubles;
     }
     const std::lock_guard lock(requests_->guard);
     check_mpi(MPI_Start(&requests_->sends[k]), "MPI_Start");
@@ -243,16 +238,8 @@ void Halo::unpack(Subdomain& sub) {
         const double* in = r.buffer.data();
         for (std::uint32_t k = 0; k < r.count; ++k, in += kGhostDoubles)
             std::memcpy(&sub.particles[sub.n_owned + r.first + k], in, kGhostDoubles * sizeof(double));
-        for (std::uint32_t c = 0; c < r.n_chunks; ++c) {
-            DisplacementBox& b = sub.chunk_displacement[r.first_chunk + c];
-            for (int a = 0; a < 3; ++a) {
-                b.lo[a] = *in++;
-                b.hi[a] = *in++;
-                b.foreseen_lo[a] = *in++;
-                b.foreseen_hi[a] = *in++;
-            }
-            b.empty = *in++ != 0.0;
-        }
+        for (std::uint32_t c = 0; c < r.n_chunks; ++c, in += kBoxDoubles)
+            std::memcpy(static_cast<void*>(&sub.chunk_displacement[static_cast<std::size_t>(r.first_chunk) + c]), in, sizeof(DisplacementBox));
     }
 }
 

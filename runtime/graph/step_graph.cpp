@@ -4,6 +4,8 @@
 
 #include <tbb/flow_graph.h>
 
+#include "runtime/graph/happens_before.hpp"
+
 namespace talus::runtime {
 
 namespace flow = tbb::flow;
@@ -21,10 +23,14 @@ struct StepGraph::Nodes {
     std::unique_ptr<flow::function_node<flow::continue_msg>> poll;
     std::unique_ptr<flow::broadcast_node<flow::continue_msg>> arrived;
     std::vector<std::unique_ptr<Node>> force, integrate, send;
+    Milestone fired, ghosts_written;
+    std::vector<Milestone> forces_done, integrated, sent;
 
     void poll_once() {
         if (hooks.halo_arrived()) {
+            fired.after();
             workers.timed(Phase::halo_exchange, 0, [&] { hooks.halo_take(); });
+            ghosts_written.done();
             arrived->try_put(flow::continue_msg{});
             return;
         }
@@ -42,27 +48,42 @@ StepGraph::StepGraph(Workers& workers, const std::vector<core::Tile>& tiles, boo
         n.start = std::make_unique<flow::broadcast_node<flow::continue_msg>>(*n.graph);
         // Priorities cost a little in the scheduler; without messages there is nothing to go before.
         const flow::node_priority_t priority = talks ? 1 : flow::no_priority;
-        const auto node = [&](Phase phase, int item, std::function<void(int)>& body) {
+        // `before` are the milestones of the node's predecessors: one for every edge made below.
+        const auto node = [&](Phase phase, int item, std::function<void(int)>& body, std::vector<Milestone*> before, Milestone& mine) {
             return std::make_unique<Nodes::Node>(
-                *n.graph, [&n, phase, item, &body](flow::continue_msg) { n.workers.timed(phase, item, [&] { body(item); }); }, priority);
+                *n.graph,
+                [&n, phase, item, &body, before = std::move(before), &mine](flow::continue_msg) {
+                    for (Milestone* m : before) m->after();
+                    n.workers.timed(phase, item, [&] { body(item); });
+                    mine.done();
+                },
+                priority);
         };
+        n.forces_done.resize(tiles.size());
+        n.integrated.resize(tiles.size());
+        n.sent.resize(tiles_of_send.size());
         if (talks) {
             n.poll = std::make_unique<flow::function_node<flow::continue_msg>>(*n.graph, flow::unlimited, [&n](flow::continue_msg) { n.poll_once(); });
             n.arrived = std::make_unique<flow::broadcast_node<flow::continue_msg>>(*n.graph);
             flow::make_edge(*n.start, *n.poll);
         }
         for (std::size_t t = 0; t < tiles.size(); ++t) {
-            n.force.push_back(node(Phase::force, static_cast<int>(t), n.hooks.force));
-            n.integrate.push_back(node(Phase::integrate, static_cast<int>(t), n.hooks.integrate));
-            flow::make_edge(talks && !tiles[t].ghost_chunks.empty() ? *n.arrived : *n.start, *n.force.back());
+            const bool waits = talks && !tiles[t].ghost_chunks.empty();
+            n.force.push_back(node(Phase::force, static_cast<int>(t), n.hooks.force, {waits ? &n.ghosts_written : &n.fired}, n.forces_done[t]));
+            flow::make_edge(waits ? *n.arrived : *n.start, *n.force.back());
         }
         for (std::size_t t = 0; t < tiles.size(); ++t) {
+            std::vector<Milestone*> before{&n.forces_done[t]};
+            for (const int u : tiles[t].neighbours) before.push_back(&n.forces_done[static_cast<std::size_t>(u)]);
+            n.integrate.push_back(node(Phase::integrate, static_cast<int>(t), n.hooks.integrate, std::move(before), n.integrated[t]));
             flow::make_edge(*n.force[t], *n.integrate[t]);
-            for (const int u : tiles[t].neighbours) flow::make_edge(*n.force[t], *n.integrate[u]);
+            for (const int u : tiles[t].neighbours) flow::make_edge(*n.force[static_cast<std::size_t>(u)], *n.integrate[t]);
         }
         for (std::size_t k = 0; k < tiles_of_send.size(); ++k) {
-            n.send.push_back(node(Phase::halo_exchange, static_cast<int>(k), n.hooks.send));
-            for (const int t : tiles_of_send[k]) flow::make_edge(*n.integrate[t], *n.send.back());
+            std::vector<Milestone*> before;
+            for (const int t : tiles_of_send[k]) before.push_back(&n.integrated[static_cast<std::size_t>(t)]);
+            n.send.push_back(node(Phase::halo_exchange, static_cast<int>(k), n.hooks.send, std::move(before), n.sent[k]));
+            for (const int t : tiles_of_send[k]) flow::make_edge(*n.integrate[static_cast<std::size_t>(t)], *n.send.back());
         }
     });
 }
@@ -72,10 +93,15 @@ StepGraph::~StepGraph() {
 }
 
 void StepGraph::fire() {
-    nodes_->workers.arena().execute([&] {
-        nodes_->start->try_put(flow::continue_msg{});
-        nodes_->graph->wait_for_all();
+    Nodes& n = *nodes_;
+    n.fired.done();
+    n.workers.arena().execute([&] {
+        n.start->try_put(flow::continue_msg{});
+        n.graph->wait_for_all();
     });
+    n.ghosts_written.after();
+    for (auto* milestones : {&n.forces_done, &n.integrated, &n.sent})
+        for (Milestone& m : *milestones) m.after();
 }
 
 } // namespace talus::runtime

@@ -16,6 +16,8 @@
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
+#include "runtime/graph/happens_before.hpp"
+
 namespace talus::runtime {
 
 /// The phases of a run; one name everywhere (graph node, clock, trace, benchmark, document).
@@ -38,9 +40,19 @@ public:
     /// Run body(i) for 0 <= i < n on the workers, timed as a phase.
     template <class Body>
     void for_each(Phase phase, int n, Body body) {
+        Milestone begin, end;
+        begin.done();
         arena_.execute([&] {
-            tbb::parallel_for(0, n, [&](int i) { timed(phase, i, [&] { body(i); }); }, tbb::simple_partitioner{});
+            tbb::parallel_for(
+                0, n,
+                [&](int i) {
+                    begin.after();
+                    timed(phase, i, [&] { body(i); });
+                    end.done();
+                },
+                tbb::simple_partitioner{});
         });
+        end.after();
     }
     /// Run and time a body on the calling worker. `item` shows in the trace.
     template <class Body>

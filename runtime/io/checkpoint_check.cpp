@@ -146,7 +146,8 @@ std::string pairing_fault(Communicator& comm, const std::vector<core::Particle>&
     }
     std::sort(labels.begin(), labels.end());
     const auto twice = std::adjacent_find(labels.begin(), labels.end());
-    if (const std::int64_t worst = comm.max(twice == labels.end() ? Label{-1} : *twice); worst >= 0) return fmt::format("two grains have the label {}", worst);
+    // The smallest, so that the message is the same on any ranks.
+    if (const Label least = -comm.max(twice == labels.end() ? -core::kWallLabel : -*twice); least < core::kWallLabel) return fmt::format("two grains have the label {}", least);
     if (lo != 0 || hi != 0) return "the contacts of some pair differ between its two grains";
     return {};
 }

@@ -4,6 +4,7 @@
 #include <array>
 #include <bit>
 #include <cstring>
+#include <type_traits>
 
 #include "runtime/io/columns.hpp"
 
@@ -58,14 +59,22 @@ inline constexpr const char* kFormatName = "Talus checkpoint";
 inline std::vector<Column> grain_columns(const GrainRows& grains, const Rows& rows, bool writing) {
     std::vector<Column> columns;
     for (const GrainColumn& g : kGrainColumns) {
-        const std::size_t bytes = size_of(g.kind) * (g.width == 0 ? 1 : g.width);
-        const auto move = [grains, at = g.at, bytes, writing](std::uint64_t row, std::uint64_t n, std::byte* buffer) {
-            for (std::uint64_t k = 0; k < n; ++k) {
-                void* const there = at(grains, row + k);
-                std::byte* const here = buffer + k * bytes;
-                writing ? std::memcpy(here, there, bytes) : std::memcpy(there, here, bytes);
-            }
+        // The length of a row as a constant: its copy is then a move or two.
+        const auto mover = [&](auto bytes) {
+            return [grains, at = g.at, bytes, writing](std::uint64_t row, std::uint64_t n, std::byte* buffer) {
+                for (std::uint64_t k = 0; k < n; ++k) {
+                    void* const there = at(grains, row + k);
+                    std::byte* const here = buffer + k * bytes;
+                    writing ? std::memcpy(here, there, bytes) : std::memcpy(there, here, bytes);
+                }
+            };
         };
+        const std::size_t bytes = size_of(g.kind) * (g.width == 0 ? 1 : g.width);
+        TALUS_CHECK(bytes == 1 || bytes == 8 || bytes == 24);
+        std::function<void(std::uint64_t, std::uint64_t, std::byte*)> move;
+        if (bytes == 1) move = mover(std::integral_constant<std::size_t, 1>{});
+        if (bytes == 8) move = mover(std::integral_constant<std::size_t, 8>{});
+        if (bytes == 24) move = mover(std::integral_constant<std::size_t, 24>{});
         columns.push_back({std::string(kGrains) + g.name, g.unit, g.kind, g.width, rows, move});
     }
     return columns;

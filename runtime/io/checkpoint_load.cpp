@@ -114,6 +114,8 @@ void read_contacts(EngineState& s, const DiskFile& disk, const Seal& seal, const
         out.history_quads = quads;
         out.first.assign(1, 0);
         out.first.reserve(number.size() + 1);
+        out.entries.reserve(partners.size());
+        out.rows.reserve(history.size());
         std::uint64_t at = 0;
         for (const std::uint32_t n : number) {
             out.append(partners.data() + at, history.data() + at * static_cast<std::uint64_t>(quads), n);

@@ -18,18 +18,20 @@ template <class Step>
 std::vector<core::Digest> each_block(Workers& workers, const std::vector<Column>& columns, Step step) {
     std::vector<core::Digest> sums(columns.size());
     std::mutex guard;
+    std::vector<std::vector<std::byte>> buffers(static_cast<std::size_t>(workers.threads()));
     for (std::size_t from = 0, to; from < columns.size(); from = to) {
         const std::uint64_t count = columns[from].rows.count;
         for (to = from + 1; to < columns.size() && columns[to].rows.count == count;) ++to;
         workers.for_each(Phase::observe, static_cast<int>((count + kBlock - 1) / kBlock), [&](int block) {
             const std::uint64_t row = static_cast<std::uint64_t>(block) * kBlock, n = std::min(kBlock, count - row);
-            std::vector<std::byte> buffer(kBlock * kMaxRowBytes);
+            std::vector<std::byte>& buffer = buffers[static_cast<std::size_t>(Workers::current())];
+            buffer.resize(kBlock * kMaxRowBytes);
             std::vector<core::Digest> mine(to - from);
             for (std::size_t c = from; c < to; ++c) {
                 const std::size_t bytes = columns[c].row_bytes();
                 TALUS_CHECK(bytes <= kMaxRowBytes);
                 step(c, row, n, buffer.data());
-                for (std::uint64_t k = 0; k < n; ++k) add_row(mine[c - from], columns[c].rows.first + row + k, buffer.data() + k * bytes, bytes);
+                add_rows(mine[c - from], columns[c].rows.first + row, buffer.data(), bytes, n);
             }
             const std::lock_guard lock(guard);
             for (std::size_t c = from; c < to; ++c) {

@@ -32,6 +32,20 @@ static_assert(sizeof(SealEnd) == 64);
 /// More datasets than any version of the format has.
 constexpr std::uint64_t kMaxColumns = 1024;
 
+void add_hash(core::Digest& digest, const XXH128_hash_t& h) {
+    digest.lo += h.low64;
+    digest.hi += h.high64;
+}
+
+/// A length that the compiler knows leaves a few instructions of the hash.
+template <std::size_t kBytes>
+[[gnu::flatten]] void add_rows_of(core::Digest& digest, std::uint64_t row, const std::byte* data, std::uint64_t n) {
+    core::Digest sum;
+    for (std::uint64_t k = 0; k < n; ++k) add_hash(sum, XXH3_128bits_withSeed(data + k * kBytes, kBytes, row + k));
+    digest.lo += sum.lo;
+    digest.hi += sum.hi;
+}
+
 Hash hash_of(const XXH128_hash_t& h) { return {h.low64, h.high64}; }
 
 Hash hash_of_seal(const std::vector<SealedColumn>& columns, const SealEnd& end) {
@@ -122,12 +136,17 @@ SealedColumn seal_column(const std::string& name, const Place& place, const core
     return c;
 }
 
-void add_row(core::Digest& digest, std::uint64_t row, const std::byte* data, std::size_t bytes) {
-    std::byte item[sizeof row + kMaxRowBytes];
-    TALUS_ASSERT(bytes <= kMaxRowBytes);
-    std::memcpy(item, &row, sizeof row);
-    std::memcpy(item + sizeof row, data, bytes);
-    digest.add(item, sizeof row + bytes);
+void add_rows(core::Digest& digest, std::uint64_t row, const std::byte* data, std::size_t row_bytes, std::uint64_t n) {
+    switch (row_bytes) {
+    case 1: return add_rows_of<1>(digest, row, data, n);
+    case 4: return add_rows_of<4>(digest, row, data, n);
+    case 8: return add_rows_of<8>(digest, row, data, n);
+    case 24: return add_rows_of<24>(digest, row, data, n);
+    case 32: return add_rows_of<32>(digest, row, data, n);
+    case 64: return add_rows_of<64>(digest, row, data, n);
+    default:
+        for (std::uint64_t k = 0; k < n; ++k) add_hash(digest, XXH3_128bits_withSeed(data + k * row_bytes, row_bytes, row + k));
+    }
 }
 
 void write_seal(const DiskFile& file, const FileImage& image, const Seal& seal) {

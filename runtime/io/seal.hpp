@@ -24,7 +24,7 @@ inline constexpr std::uint64_t kCheckpointFormat = 1;
 struct SealedColumn {
     char name[56] = {};
     Place place;
-    core::Digest digest; // sum over rows of the hash of (row, bytes of the row)
+    core::Digest digest; // sum over rows of XXH3-128 of a row, seeded with its number
 };
 static_assert(sizeof(SealedColumn) == 96);
 
@@ -35,9 +35,9 @@ struct Seal {
 
 SealedColumn seal_column(const std::string& name, const Place& place, const core::Digest& digest);
 
-/// Add row number `row` of a dataset to its digest; rows of up to kMaxRowBytes.
+/// Add rows of up to kMaxRowBytes to a dataset's digest. @param row  number of the first one in the dataset
 inline constexpr std::size_t kMaxRowBytes = 64;
-void add_row(core::Digest& digest, std::uint64_t row, const std::byte* data, std::size_t bytes);
+void add_rows(core::Digest& digest, std::uint64_t row, const std::byte* data, std::size_t row_bytes, std::uint64_t n);
 
 /// Append the seal to a file whose other bytes are those of `image`, and bring all to the disk.
 void write_seal(const DiskFile& file, const FileImage& image, const Seal& seal);

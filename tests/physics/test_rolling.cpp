@@ -199,9 +199,12 @@ TEST(ConstantRolling, has_the_effective_radius_or_each_grains_own) {
         const double on_b = rolling_friction * normal_force * (own ? radius_b : pair.radius);
         const auto torques = engine.torques();
         const Vec3 direction{0.0, 0.6, 0.8}; // of the relative spin across the line of centres
-        // One evaluation of the law; overlap = Ri + Rj - distance carries the rounding of the distance, 1e-18/1e-5, times 1.5.
-        EXPECT_LE(length(torques[0] + on_a * direction), 1e-10 * on_a);
-        EXPECT_LE(length(torques[1] - on_b * direction), 1e-10 * on_b);
+        // One evaluation of the law; overlap = Ri + Rj - distance carries the rounding of the distance, 1e-18/1e-5, times 1.5, and
+        // the sum its unit: that of forces times the largest radius, to the next power of two.
+        const double rounding = 2.0 * radius_b * engine.internal_force_sum().second;
+        EXPECT_LE(rounding, 1e-8 * on_a);
+        EXPECT_LE(length(torques[0] + on_a * direction), 1e-11 * on_a + rounding);
+        EXPECT_LE(length(torques[1] - on_b * direction), 1e-11 * on_b + rounding);
     }
 }
 
