@@ -38,7 +38,7 @@ struct ForceContext {
     Periods periods{Domain{}};
     FixedUnits units;
     double dt = 0.0;         // s; 0: forces only
-    bool advance = true;     // write histories and touching bits; false for an evaluation outside a step
+    bool advance = true;     // write histories and heat; false for an evaluation outside a step (touching bits are always written)
     bool ledger = false;     // account dissipated energy
     int n_materials = 1;
     PairParameters pairs[kMaxMaterials][kMaxMaterials];
@@ -47,7 +47,7 @@ struct ForceContext {
 /// One tile's share of a list: candidates, one touching bit each, and history rows.
 struct ContactList {
     const CandidatePair* pairs = nullptr; // padded to a multiple of 8
-    std::uint8_t* touching = nullptr;     // one bit a pair: touched at the last advancing evaluation; rows of others are void
+    std::uint8_t* touching = nullptr;     // one bit a pair: touched at the last evaluation; rows of others are void
     double* history = nullptr;            // history_doubles(laws) a pair, 32-byte aligned
     std::uint32_t count = 0;
 };

@@ -28,10 +28,11 @@ inline int append_bits(unsigned mask, std::uint32_t first, std::uint32_t* out) {
     return std::popcount(mask);
 }
 
-/// Stage 1: find the touching entries of a list. `touch8(first)` gives the touching bits of eight entries.
+/// Stage 1: find the touching entries of a list. `touch8(first)` gives the touching bits of eight entries; `ended(entry)` is told
+/// of each contact that ends, while its row still stands.
 /// @return how many indices stand in scratch.touching, which is padded by repeating the last one for a whole batch
-template <int kHistory, class Touch8>
-inline std::uint32_t filter(const ContactList& list, bool advance, int batch, KernelScratch& scratch, Touch8 touch8) {
+template <int kHistory, class Touch8, class Ended>
+inline std::uint32_t filter(const ContactList& list, int batch, KernelScratch& scratch, Touch8 touch8, Ended ended) {
     auto& found = scratch.touching;
     if (found.size() < list.count + 16) found.resize(list.count + 16);
     std::uint32_t n = 0;
@@ -47,7 +48,8 @@ inline std::uint32_t filter(const ContactList& list, bool advance, int batch, Ke
                 for (int c = 0; c < kHistory; ++c) row[c] = 0.0;
             }
         }
-        if (advance) stored = static_cast<std::uint8_t>(mask);
+        for (unsigned gone = ~mask & stored & 0xffu; gone != 0; gone &= gone - 1) ended(first + static_cast<std::uint32_t>(std::countr_zero(gone)));
+        stored = static_cast<std::uint8_t>(mask);
         n += append_bits(mask, first, found.data() + n);
     }
     if (n > 0)
@@ -132,6 +134,15 @@ inline void add_heat(const Dissipation<V>& d, double scale, unsigned lanes, Heat
     }
 }
 
+/// What a contact that ends still held in its springs is lost: to friction and rolling.
+template <class Law>
+inline void add_released(const ForceContext& context, const PairParameters& p, const ContactList& list, std::uint32_t entry, HeatSum& heat) {
+    if constexpr (Law::kHistoryDoubles > 0) {
+        const double scale = context.units.torque.scale;
+        heat.friction += to_integer(Law::released_energy(splat_parameters<double>(p), list.history + static_cast<std::size_t>(entry) * Law::kHistoryDoubles) * scale);
+    }
+}
+
 inline void note_breach(CapBreach& breach, Label i, Label j, double force) {
     // The pair with the smallest labels is named, whatever the order of evaluation.
     if (breach.found && (breach.i < i || (breach.i == i && breach.j <= j))) return;
@@ -178,7 +189,14 @@ void pair_forces(const ForceContext& context, const TileForces& tile, KernelScra
         }
         return mask;
     };
-    const std::uint32_t n = filter<Law::kHistoryDoubles>(list, advance, W, scratch, touch8);
+    const auto ended = [&](std::uint32_t entry) {
+        if constexpr (kLedger) {
+            const CandidatePair pair = list.pairs[entry];
+            const LocalIndex a = index_of[pair.a], b = index_of[pair.b()];
+            if ((pair.flipped() ? b : a) < tile.n_owned) add_released<Law>(context, context.pairs[material_of(particles[a])][material_of(particles[b])], list, entry, heat);
+        }
+    };
+    const std::uint32_t n = filter<Law::kHistoryDoubles>(list, W, scratch, touch8, ended);
     const std::uint32_t* const found = scratch.touching.data();
 
     for (std::uint32_t k = 0; k < n; k += W) {
@@ -225,7 +243,7 @@ void pair_forces(const ForceContext& context, const TileForces& tile, KernelScra
             add_row(sj.torque, torque_j[l]);
         }
         if (advance) store_history<V, Law>(history, list.history, found + k, lanes);
-        if constexpr (kLedger) {
+        if (kLedger && advance) {
             // A pair across subdomains is evaluated on both; its heat counts where its smaller label lives.
             unsigned owned = 0;
             for (int l = 0; l < lanes; ++l) owned |= (index_of[ti[l]] < tile.n_owned ? 1u : 0u) << l;
@@ -256,7 +274,10 @@ void wall_forces(const ForceContext& context, const WallPlane& wall, int wall_id
         }
         return mask;
     };
-    const std::uint32_t n = filter<Law::kHistoryDoubles>(list, context.advance, W, scratch, touch8);
+    const auto ended = [&](std::uint32_t entry) {
+        if constexpr (kLedger) add_released<Law>(context, context.pairs[material_of(particles[index_of[list.pairs[entry].a]])][wall.material], list, entry, heat);
+    };
+    const std::uint32_t n = filter<Law::kHistoryDoubles>(list, W, scratch, touch8, ended);
     const std::uint32_t* const found = scratch.touching.data();
     sum.contacts += n;
 
@@ -296,7 +317,7 @@ void wall_forces(const ForceContext& context, const WallPlane& wall, int wall_id
             }
         }
         if (context.advance) store_history<V, Law>(history, list.history, found + k, lanes);
-        if constexpr (kLedger) add_heat(dissipated, torque_scale, (1u << lanes) - 1u, heat);
+        if (kLedger && context.advance) add_heat(dissipated, torque_scale, (1u << lanes) - 1u, heat);
     }
 }
 

@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
+#include <unistd.h>
 
 namespace talus::sandbox {
 
@@ -45,10 +46,15 @@ void OutputFolder::write_text(const std::string& name, const std::string& text) 
         std::FILE* stream = std::fopen(part.c_str(), "w");
         if (stream == nullptr) io_failure(path, std::strerror(errno));
         const bool is_written = std::fwrite(text.data(), 1, text.size(), stream) == text.size();
-        if (std::fclose(stream) != 0 || !is_written) io_failure(path, std::strerror(errno));
         std::error_code error;
-        fs::rename(part, path, error);
-        if (error) io_failure(path, error.message());
+        if (std::fclose(stream) != 0 || !is_written)
+            error.assign(errno, std::generic_category());
+        else
+            fs::rename(part, path, error);
+        if (!error) return;
+        std::error_code ignored;
+        fs::remove(part, ignored);
+        io_failure(path, error.message());
     });
 }
 
@@ -58,6 +64,9 @@ TimeSeries::TimeSeries(const Team& team, const OutputFolder& folder, const std::
     team_.on_root([&] {
         file_ = std::fopen(path_.c_str(), "a");
         if (file_ == nullptr) io_failure(path_, std::strerror(errno));
+        // No buffer: it would write the rest of a line that failed when the file is closed.
+        std::setvbuf(file_, nullptr, _IONBF, 0);
+        std::fseek(file_, 0, SEEK_END);
     });
 }
 
@@ -68,9 +77,12 @@ TimeSeries::~TimeSeries() {
 void TimeSeries::add(std::int64_t step, const std::vector<double>& values) {
     team_.on_root([&] {
         const std::string line = fmt::format("{},{}\n", step, fmt::join(values, ","));
-        // Flushed line by line: what is in the file after a kill is whole lines.
-        if (std::fwrite(line.data(), 1, line.size(), file_) != line.size() || std::fflush(file_) != 0)
-            io_failure(path_, std::strerror(errno));
+        // Written line by line, and half a line is taken back: what is in the file after a kill or on a full disk is whole.
+        const long before = std::ftell(file_);
+        if (std::fwrite(line.data(), 1, line.size(), file_) == line.size()) return;
+        const int error = errno;
+        if (before < 0 || ftruncate(fileno(file_), before) != 0) std::clearerr(file_);
+        io_failure(path_, std::strerror(error));
     });
 }
 
@@ -116,7 +128,7 @@ void EnergySeries::add(const Scene& scene, std::int64_t step, double time) {
 void Snapshots::write(const Scene& scene, std::int64_t step, double time, double shortening) {
     const std::string name = fmt::format("run_{:04}.hdf", records_.size());
     const std::string path = folder_.file(name);
-    scene.engine.check(talus_snapshot_write(scene.engine.get(), path.c_str()), path);
+    scene.engine.check(talus_snapshot_write(scene.engine.get(), path.c_str()), "writing a snapshot");
     records_.push_back({name, step, time, shortening});
     nlohmann::ordered_json series;
     series["file-series-version"] = "1.0";

@@ -14,7 +14,7 @@ namespace talus::sandbox {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-constexpr double kBytesPerGrain = 500;        // measured on settled beds, a little rounded up
+constexpr double kBytesPerGrain = 700;        // measured 630 in a settled bed of 50,000
 constexpr double kStepLimit = 0.5;            // of the Rayleigh step; the engine's own limit
 constexpr double kLinearStepsPerContact = 20; // linear law: steps in the duration of a contact, by default
 constexpr double kLeastStepsPerContact = 8;   // ... and at least

@@ -135,7 +135,9 @@ private:
         save(path);
     }
 
-    void save(const std::string& path) const { scene_.engine.check(talus_checkpoint_save(scene_.engine.get(), path.c_str()), path); }
+    void save(const std::string& path) const {
+        scene_.engine.check(talus_checkpoint_save(scene_.engine.get(), path.c_str()), "writing a checkpoint");
+    }
 
     void write_summary() {
         record_.wall_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();

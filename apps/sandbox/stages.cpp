@@ -163,7 +163,7 @@ bool Stages::shorten(const std::string& trace) {
         }
         const std::string path = folder.file("run.ckpt");
         if (config.run.checkpoint_every > 0 && stage.steps % config.run.checkpoint_every == 0)
-            scene.engine.check(talus_checkpoint_save(scene.engine.get(), path.c_str()), path);
+            scene.engine.check(talus_checkpoint_save(scene.engine.get(), path.c_str()), "writing a checkpoint");
         if (progress.is_due())
             progress.show(stage.steps,
                           fmt::format("{:.4f} s  {:.3f} of {:.4g} mm", stage.time, 1e3 * motion.travel(stage.steps),

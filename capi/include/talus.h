@@ -74,7 +74,7 @@ TALUS_API const char *talus_build_info(void);
 /* Tangential law (core/law/tangential.hpp). */
 #define TALUS_TANGENTIAL_FORCE_RESCALED 0 /* force history, rescaled when the contact radius shrinks */
 #define TALUS_TANGENTIAL_FORCE 1          /* force history, not rescaled */
-#define TALUS_TANGENTIAL_DISPLACEMENT 2   /* displacement history; gains up to 0.2 % energy at e = 1, mu 0.6 */
+#define TALUS_TANGENTIAL_DISPLACEMENT 2   /* displacement history; gains up to 0.33 % energy at e = 1, mu 0.6 */
 #define TALUS_TANGENTIAL_NONE 3           /* frictionless: no tangential force at all */
 /* Rolling resistance (core/law/rolling.hpp). */
 #define TALUS_ROLLING_NONE 0
@@ -98,7 +98,7 @@ typedef struct talus_laws {
     int32_t rolling_radius;  /* TALUS_ROLLING_RADIUS_*  default EFFECTIVE */
     int32_t tangential_damping; /* 1 (default): with the damping of physics; 0: none */
     int32_t reserved;
-    double rolling_rate;     /* [rad/s] > 0, type A: rate below which the torque falls to zero; creep is bounded by it. default 1e-3 */
+    double rolling_rate;     /* [rad/s] > 0, type A: rate below which the torque falls to zero (or the rate that one step of it stops, if larger); bounds creep. default 1e-3 */
     double rolling_damping;  /* [1] >= 0, type C: fraction of critical damping eta_r. default 0.3 */
     double stiffness_n;      /* [N/m] > 0, linear law: normal stiffness k of every contact */
     double stiffness_t;      /* [N/m] >= 0, linear law; 0 (default): 2/7 of stiffness_n */

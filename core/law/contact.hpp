@@ -65,7 +65,7 @@ struct ContactLaw {
                 heat->rolling = -dot(m.on_i, g.rolling_rate) * c.dt - select(stiffness > zero, stored, zero);
             }
         } else if constexpr (std::is_same_v<Rolling, ConstantRolling>) {
-            const auto m = Rolling::evaluate(g, n, p, c.rolling_rate);
+            const auto m = Rolling::evaluate(g, n, p, c.rolling_rate, c.dt);
             out.moment_i = m.on_i;
             out.moment_j = m.on_j;
             // With own radii the two moments differ; the relative rotation sees their mean.
@@ -90,6 +90,19 @@ struct ContactLaw {
             if (k > 0.0) s.rolling = 0.5 * dot(h.rolling, h.rolling) / k;
         }
         return s;
+    }
+
+    /// Energy left in the tangential spring of a contact that has just ended, with the stiffness of its last step [J].
+    /// The rolling spring is empty by then: its cap vanishes with the normal force.
+    static double released_energy(const ContactParameters<double>& p, const double* row) {
+        if constexpr (Tangential::kHasHistory) {
+            const double k = std::is_same_v<Normal, HertzNormal> ? p.stiffness_t * magnitude(row[3]) : p.stiffness_t;
+            if (k > 0.0) {
+                const Vec3d spring = Tangential::spring_force({{row[0], row[1], row[2]}, row[3]}, k);
+                return 0.5 * dot(spring, spring) / k;
+            }
+        }
+        return 0.0;
     }
 
 private:

@@ -4,7 +4,8 @@
 // Symbols  w_r [rad/s] relative angular velocity without its part along n; R_r [m] R* or, type A on request, own radius
 // History  type C: row (x, y, z, 0): the spring's moment on i [N m]
 // Sign     returns the moment on i; j gets the opposite (type A with own radius: its own)
-// Limits   type A falls to zero with w_r below `rate`: on a slope it creeps, bounded by rate; it cannot hold exactly
+// Limits   type A falls to zero with w_r below `rate`, or below the rate that one step of the torque would stop if that is larger:
+//          on a slope it creeps, bounded by these; it cannot hold exactly
 // Needs    rolling rate, normal force (its repulsive part), type C: secant stiffness, rolling inertia, time step
 #pragma once
 
@@ -25,10 +26,15 @@ struct NoRolling {
 struct ConstantRolling {
     static constexpr bool kHasHistory = false;
 
+    /// The torque of one step must not turn the rotation round: below the rate that it would stop in a step, it falls with the
+    /// rate. J = 0.4 m* R*^2 is the inertia of a grain against a wall, and a quarter of that of two equal grains against each
+    /// other, so that the several contacts of a grain together do not overshoot either.
     template <class V>
-    static Moments<V> evaluate(const ContactGeometry<V>& g, const NormalForce<V>& n, const ContactParameters<V>& p, V rate) {
+    static Moments<V> evaluate(const ContactGeometry<V>& g, const NormalForce<V>& n, const ContactParameters<V>& p, V rate, V dt) {
         const V speed = square_root(dot(g.rolling_rate, g.rolling_rate));
-        const V m = p.rolling_friction * larger(n.total, splat<V>(0.0)) / larger(speed, rate);
+        const V force = p.rolling_friction * larger(n.total, splat<V>(0.0));
+        const V inertia = splat<V>(kSphereInertia) * g.mass_eff * (g.radius_eff * g.radius_eff);
+        const V m = force * inertia / larger(larger(speed, rate) * inertia, force * g.radius_eff * dt);
         return {g.rolling_rate * (-m * g.rolling_radius_i), g.rolling_rate * (m * g.rolling_radius_j)};
     }
 };

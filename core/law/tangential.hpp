@@ -4,7 +4,7 @@
 //          radius of the last step, s < 0 when the contact slid in it. Zero on first touch, dropped on separation. Each step
 //          the vector is carried into the new tangent plane keeping its length.
 // Sign     returns the force on i
-// Energy   force_rescaled and the linear law never gain; displacement with Hertz gains up to 0.2 % at e = 1, mu 0.6, because
+// Energy   force_rescaled and the linear law never gain; displacement with Hertz gains up to 0.33 % at e = 1, mu 0.6, because
 //          k_t grows while xi is stored (that is what LAMMPS `mindlin` and LIGGGHTS do)
 // Limits   mu = 0 or Fn = 0: no force and no history
 // Needs    slip velocity, normal result, history row, time step

@@ -215,14 +215,15 @@ StressObservation observe_stress(EngineState& s, const double (&lo)[3], const do
             add_outer(out, v * -p.mass, v);
         }
         each_contact(s, s.force, tile, [&](const ContactView& c, const core::ContactListData&, std::uint32_t) {
-            // A contact counts where it is: half of the branch from i, at its own point.
+            // A contact of grains counts where they touch; one with a wall, which lies on the edge of any box of the sand,
+            // where its grain is.
             const Particle& i = s.sub.particles[c.particle_i];
             const core::Vec3d xi = core::make_vec3(i.position);
             core::Vec3d at = xi - c.normal * (i.radius - 0.5 * c.overlap);
             core::Reference none{};
             double wrapped[3] = {at.x, at.y, at.z};
             core::wrap(s.model.settings.domain, wrapped, none);
-            if (in_box(core::make_vec3(wrapped), lo, hi)) add_outer(out, -c.force, c.branch);
+            if (in_box(c.j >= core::kWallLabel ? xi : core::make_vec3(wrapped), lo, hi)) add_outer(out, -c.force, c.branch);
             out.v[Sums::coordination] += in_box(xi, lo, hi) ? 1 : 0;
             if (c.j < core::kWallLabel && in_box(core::make_vec3(s.sub.particles[c.particle_j].position), lo, hi)) out.v[Sums::coordination] += 1;
         });

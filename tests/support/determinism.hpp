@@ -33,7 +33,7 @@ inline talus_state serial_reference(const Scene& scene, int64_t steps) {
     talus_state state;
     talus_state_init(&state);
     if (world_rank_of_me() == 0) {
-        World world = scene.make(Run{});
+        World world = scene.make(HowToRun{});
         scene.advance(world, 0, steps, steps);
         state = world.state();
         std::printf("digest %s %" PRId64 " steps %016" PRIx64 "%016" PRIx64 " contacts %" PRId64 " sliding %" PRId64 " rebuilds %" PRId64 "\n", scene.name, steps, state.digest_hi, state.digest_lo,
@@ -46,15 +46,15 @@ inline talus_state serial_reference(const Scene& scene, int64_t steps) {
 
 /// The runs of this rank count that belong to a set which covers all pairs of values of ranks, threads, skin and rebalancing: three for
 /// each of the rank counts 1, 2, 3, 4 and 6.
-inline std::vector<Run> covering_runs() {
+inline std::vector<HowToRun> covering_runs() {
     constexpr int kRanks[] = {1, 2, 3, 4, 6};
     constexpr double kSkins[] = {0.05, 0.2};
     constexpr int32_t kRebalance[] = {TALUS_REBALANCE_OFF, TALUS_REBALANCE_EVERY, TALUS_REBALANCE_RANDOM};
     int r = 0;
     while (r < 4 && kRanks[r] < world_size()) ++r;
-    std::vector<Run> runs;
+    std::vector<HowToRun> runs;
     for (int t = 0; t < 3; ++t) {
-        Run run;
+        HowToRun run;
         run.comm = world_handle();
         run.threads = t + 1;
         run.skin = kSkins[(r + t) % 2];
@@ -81,7 +81,7 @@ inline void expect_same_bits(const Scene& scene, int64_t steps) {
     EXPECT_GT(reference.contacts, scene.slides ? 100 : 0);
     EXPECT_GE(reference.sliding_contacts, scene.slides ? 1 : 0);
     EXPECT_GT(reference.rebuilds, 3) << "lists must have been rebuilt to prove anything";
-    for (const Run& run : covering_runs()) {
+    for (const HowToRun& run : covering_runs()) {
         SCOPED_TRACE(std::string(scene.name) + ": threads " + std::to_string(run.threads) + ", skin " + std::to_string(run.skin) + " d, rebalance " + std::to_string(run.rebalance));
         World world = scene.make(run);
         scene.advance(world, 0, steps, steps);

@@ -16,7 +16,7 @@
 namespace talus::test {
 
 /// How a scene is run. Nothing of it may show in the bits.
-struct Run {
+struct HowToRun {
     int32_t comm = TALUS_SERIAL; // or a Fortran handle
     int32_t threads = 1;
     double skin = 0.1; // of the largest diameter
@@ -139,7 +139,7 @@ inline constexpr Solid kSceneSand{1.0e7, 0.2, 2600.0};
 inline constexpr double kSceneRadius = 1.0e-3; // mean
 inline constexpr double kSceneStep = 1.0e-5;   // 0.12 of the Rayleigh step
 
-inline talus_settings scene_settings(const Vec3& lo, const Vec3& hi, const Run& run) {
+inline talus_settings scene_settings(const Vec3& lo, const Vec3& hi, const HowToRun& run) {
     talus_settings s;
     talus_settings_init(&s);
     for (std::size_t a = 0; a < 3; ++a) {
@@ -177,7 +177,7 @@ inline std::vector<Grain> lattice(int nx, int ny, int nz, const Vec3& origin, do
 
 struct Scene {
     const char* name;
-    World (*make)(const Run&);
+    World (*make)(const HowToRun&);
     void (*advance)(World&, int64_t from, int64_t to, int64_t total); // steps from..to of a run of `total`
     bool slides;                                                      // sliding contacts belong to it
 };
@@ -186,7 +186,7 @@ inline void plain_advance(World& world, int64_t from, int64_t to, int64_t) { wor
 
 /// A box of 2,400 grains between a front and a back wall, periodic in z, over a floor that is drawn away in +x: everything slides.
 /// Hertz, clipped damping, force history with rescaling, constant rolling torque: the default law.
-inline World make_shear(const Run& run) {
+inline World make_shear(const HowToRun& run) {
     const double d = 2.0 * kSceneRadius;
     const Vec3 size{24 * d, 10 * d, 10 * d};
     talus_settings s = scene_settings({-d, -d, 0.0}, {size[0] + d, 3.0 * size[1] + d, size[2]}, run);
@@ -206,7 +206,7 @@ inline World make_shear(const Run& run) {
 
 /// Grains thrown into a closed box, half of them after half of the run. Displacement history, attractive damping, constant rolling
 /// torque with own radii.
-inline World make_pour(const Run& run) {
+inline World make_pour(const HowToRun& run) {
     const double d = 2.0 * kSceneRadius;
     const Vec3 size{16 * d, 40 * d, 12 * d};
     talus_settings s = scene_settings({-d, -d, -d}, {size[0] + d, size[1] + d, size[2] + d}, run);
@@ -243,7 +243,7 @@ inline void advance_pour(World& world, int64_t from, int64_t to, int64_t total) 
 
 /// A layer on a floor, periodic in x and z, sliding down under a tilted gravity. Linear law, force history without rescaling, rolling
 /// spring, energy ledger.
-inline World make_periodic(const Run& run) {
+inline World make_periodic(const HowToRun& run) {
     const double d = 2.0 * kSceneRadius;
     const Vec3 size{20 * d, 8 * d, 14 * d};
     talus_settings s = scene_settings({0.0, -d, 0.0}, {size[0], 3.0 * size[1] + d, size[2]}, run);
@@ -265,7 +265,7 @@ inline World make_periodic(const Run& run) {
 }
 
 /// An elastic frictionless gas in a box that is periodic on all axes, with grains on faces, edges and corners of it.
-inline World make_gas(const Run& run) {
+inline World make_gas(const HowToRun& run) {
     const double d = 2.0 * kSceneRadius;
     const Vec3 size{12 * d, 12 * d, 12 * d};
     talus_settings s = scene_settings({0, 0, 0}, size, run);
