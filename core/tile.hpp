@@ -106,6 +106,7 @@ struct Tile {
     DisplacementBox displacement;
     std::vector<int> neighbours;        // adjacent tiles, itself excluded
     std::vector<int> ghost_chunks;      // chunks of ghosts that its border holds
+    std::vector<int> watched_chunks;    // chunks that lie near, with ghosts here or not: their displacements count for the skin
     double wall_clearance[kMaxWalls];   // m, how far a listed-out grain may come towards each wall
     bool finite = true;
 

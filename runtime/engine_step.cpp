@@ -14,7 +14,7 @@ struct Engine::Verdict {
 };
 
 namespace {
-enum Reduced : int { kSeverity, kSkinUse, kStop, kReduced };
+enum Reduced : int { kSeverity, kSkinUse, kStop, kMinusLow, kHigh = kMinusLow + 3, kReduced = kHigh + 3 };
 } // namespace
 
 std::vector<double> Engine::local_verdict() {
@@ -26,13 +26,25 @@ std::vector<double> Engine::local_verdict() {
     v[kSeverity] = s.errors.severity();
     v[kSkinUse] = use.foreseen;
     v[kStop] = stop_requested_.load(std::memory_order_relaxed) ? 1.0 : 0.0;
+    for (int a = 0; a < 3; ++a) {
+        v[kMinusLow + a] = use.all.empty() ? -HUGE_VAL : -std::min(use.all.lo[a], use.all.foreseen_lo[a]);
+        v[kHigh + a] = use.all.empty() ? -HUGE_VAL : std::max(use.all.hi[a], use.all.foreseen_hi[a]);
+    }
     return v;
 }
 
 Engine::Verdict Engine::agree_on_step(const std::vector<double>& reduced) {
     Verdict v;
     v.failed = reduced[kSeverity] > 0.0;
-    v.rebuild = !(reduced[kSkinUse] < 1.0);
+    // Grains of tiles that are not neighbours, on this rank or on others, start at least two reaches apart. They come to touch only
+    // after a relative displacement above one reach: a lone fast grain is seen by this and by nothing else.
+    double apart = 0.0;
+    for (int a = 0; a < 3; ++a) {
+        const double width = reduced[kHigh + a] + reduced[kMinusLow + a];
+        apart += std::isfinite(width) ? width * width : 0.0;
+    }
+    const double reach = state_->model.reach();
+    v.rebuild = !(reduced[kSkinUse] < 1.0) || !(apart < reach * reach);
     v.stop = reduced[kStop] > 0.0;
     return v;
 }
@@ -153,7 +165,12 @@ void Engine::first_forces() {
     for (core::Tile& t : s.sub.tiles) std::fill(t.sums.begin(), t.sums.end(), core::ForceSum{});
     s.graph->fire();
     collect_walls(false);
-    agree_on(*s.comm, s.errors.severity(), s.errors.message());
+    try {
+        agree_on(*s.comm, s.errors.severity(), s.errors.message());
+    } catch (...) {
+        poisoned_ = true;
+        throw;
+    }
 }
 
 void rebuild(EngineState& s, bool first) {
@@ -165,7 +182,7 @@ void rebuild(EngineState& s, bool first) {
 
     std::vector<std::vector<int>> tiles_of_send;
     for (int k = 0; k < s.halo.n_neighbours(); ++k) tiles_of_send.push_back(s.halo.tiles_of(k));
-    const bool talks = s.parallel() && (!tiles_of_send.empty() || s.sub.n_ghosts() > 0);
+    const bool talks = s.parallel() && s.halo.talks();
     StepHooks hooks;
     hooks.force = [&s](int t) { force_tile(s, t); };
     hooks.integrate = [&s](int t) { integrate_tile(s, t); };

@@ -5,9 +5,16 @@
 
 #include "core/cells.hpp"
 #include "core/contact_history.hpp"
+#include "core/slice_grid.hpp"
 #include "core/tile.hpp"
 
 namespace talus::runtime {
+
+/// What a chunk of a neighbour's grains (one of its tiles) was when the lists were built.
+struct ChunkRange {
+    core::Box place;    // m, of all grains of the tile, near this rank
+    core::Box velocity; // m/s
+};
 
 struct Subdomain {
     std::vector<core::Particle> particles; // owned ones in tile-major order, then ghosts
@@ -19,7 +26,8 @@ struct Subdomain {
     std::vector<std::uint32_t> ghost_cell_first, ghost_order;
     std::vector<core::Vec3d> ghost_shift;
     std::vector<std::int32_t> ghost_chunk;
-    std::vector<core::DisplacementBox> chunk_displacement; // of ghosts, as received
+    std::vector<core::DisplacementBox> chunk_displacement; // as received
+    std::vector<ChunkRange> chunk_range;
 
     std::vector<core::Tile> tiles;
     core::HeatSum heat;                   // of tiles that are gone

@@ -83,6 +83,11 @@ template <class T>
 void require(const T* pointer, const char* name) {
     if (pointer == nullptr) core::fail(core::ErrorKind::argument, "{} is NULL", name);
 }
+/// The same for a collective call: NULL on one rank is the error of all, before any of them waits for the others.
+template <class T>
+void require_on_all(runtime::Engine& e, const T* pointer, const char* name) {
+    runtime::agree(*e.state().comm, [&] { require(pointer, name); });
+}
 
 /// Read a caller's struct: what its size covers, over defaults for the rest.
 /// @param defaults made by the struct's _init

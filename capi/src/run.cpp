@@ -103,11 +103,13 @@ talus_status talus_engine_energy(talus_engine* engine, talus_energy* out_energy)
 talus_status talus_engine_stress(talus_engine* engine, const double lo[3], const double hi[3], double out_stress[9], double* out_solid_fraction, double* out_coordination) {
     return with_engine(engine, [&](runtime::Engine& e) {
         double from[3], to[3];
-        copy_vector(lo, "lo", from);
-        copy_vector(hi, "hi", to);
-        require(out_stress, "out_stress");
-        for (int a = 0; a < 3; ++a)
-            if (!(from[a] < to[a])) core::fail(core::ErrorKind::argument, "the box is empty along {}: {} to {}", "xyz"[a], from[a], to[a]);
+        runtime::agree(*e.state().comm, [&] {
+            copy_vector(lo, "lo", from);
+            copy_vector(hi, "hi", to);
+            require(out_stress, "out_stress");
+            for (int a = 0; a < 3; ++a)
+                if (!(from[a] < to[a])) core::fail(core::ErrorKind::argument, "the box is empty along {}: {} to {}", "xyz"[a], from[a], to[a]);
+        });
         e.prepare();
         const runtime::StressObservation o = runtime::observe_stress(e.state(), from, to);
         for (int k = 0; k < 9; ++k) out_stress[k] = o.stress[k];
@@ -118,7 +120,7 @@ talus_status talus_engine_stress(talus_engine* engine, const double lo[3], const
 
 talus_status talus_engine_internal_force_sum(talus_engine* engine, int64_t out_sum[3], double* out_unit) {
     return with_engine(engine, [&](runtime::Engine& e) {
-        require(out_sum, "out_sum");
+        require_on_all(e, out_sum, "out_sum");
         e.prepare();
         std::int64_t sum[3];
         runtime::internal_force_sum(e.state(), sum);
@@ -129,13 +131,15 @@ talus_status talus_engine_internal_force_sum(talus_engine* engine, int64_t out_s
 
 talus_status talus_engine_phases(talus_engine* engine, int32_t* io_count, talus_phase* out_phases) {
     return with_engine(engine, [&](runtime::Engine& e) {
-        require(io_count, "io_count");
-        require(out_phases, "out_phases");
-        if (*io_count < runtime::kPhases) {
-            const int32_t given = *io_count;
-            *io_count = runtime::kPhases;
-            core::fail(core::ErrorKind::argument, "*io_count = {}: there are {} phases", given, runtime::kPhases);
-        }
+        runtime::agree(*e.state().comm, [&] {
+            require(io_count, "io_count");
+            require(out_phases, "out_phases");
+            if (*io_count < runtime::kPhases) {
+                const int32_t given = *io_count;
+                *io_count = runtime::kPhases;
+                core::fail(core::ErrorKind::argument, "*io_count = {}: there are {} phases", given, runtime::kPhases);
+            }
+        });
         *io_count = runtime::kPhases;
         runtime::Communicator& comm = *e.state().comm;
         for (int p = 0; p < runtime::kPhases; ++p) {

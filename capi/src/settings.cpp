@@ -88,8 +88,6 @@ void require_cpu() {
 template <class Make>
 talus_status create(talus_engine** out_engine, Make make) noexcept {
     return guarded(thread_message(), [&]() -> talus_status {
-        require(out_engine, "out_engine");
-        require_cpu();
         auto handle = std::make_unique<talus_engine>();
         handle->engine = make();
         *out_engine = handle.release();
@@ -102,9 +100,13 @@ std::unique_ptr<runtime::Communicator> communicator(int32_t comm_f) {
 }
 
 /// Settings differ in NULL-ness and sizes between ranks only by mistake; a fault on one rank must be a fault on all.
-std::unique_ptr<runtime::Engine> make_engine(const talus_settings* settings, std::unique_ptr<runtime::Communicator> comm) {
+std::unique_ptr<runtime::Engine> make_engine(const talus_settings* settings, std::unique_ptr<runtime::Communicator> comm, talus_engine** out_engine) {
     runtime::Settings s;
-    runtime::agree(*comm, [&] { s = to_settings(settings); });
+    runtime::agree(*comm, [&] {
+        require(out_engine, "out_engine");
+        require_cpu();
+        s = to_settings(settings);
+    });
     return std::make_unique<runtime::Engine>(s, std::move(comm));
 }
 
@@ -162,11 +164,11 @@ talus_status talus_laws_init(talus_laws* out) { return init_struct(out, default_
 talus_status talus_settings_init(talus_settings* out) { return init_struct(out, default_settings()); }
 
 talus_status talus_engine_create(const talus_settings* settings, talus_engine** out_engine) {
-    return create(out_engine, [&] { return make_engine(settings, communicator(TALUS_SERIAL)); });
+    return create(out_engine, [&] { return make_engine(settings, communicator(TALUS_SERIAL), out_engine); });
 }
 
 talus_status talus_engine_create_mpi(const talus_settings* settings, int32_t comm_f, talus_engine** out_engine) {
-    return create(out_engine, [&] { return make_engine(settings, communicator(comm_f)); });
+    return create(out_engine, [&] { return make_engine(settings, communicator(comm_f), out_engine); });
 }
 
 talus_status talus_checkpoint_load(const char* path, const talus_settings* settings, int32_t comm_f, talus_engine** out_engine) {
@@ -174,6 +176,8 @@ talus_status talus_checkpoint_load(const char* path, const talus_settings* setti
         auto comm = communicator(comm_f);
         runtime::Settings s;
         runtime::agree(*comm, [&] {
+            require(out_engine, "out_engine");
+            require_cpu();
             require(path, "path");
             s = to_settings(settings);
         });

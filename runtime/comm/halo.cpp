@@ -29,6 +29,32 @@ struct Neighbour {
     Box box;           // its subdomain, widened by the reach
 };
 
+/// Whether two boxes, one of them shifted, are nearer to each other than `distance` on every axis.
+bool near(const Box& a, const core::Vec3d& shift, const Box& b, double distance) {
+    const double s[3] = {shift.x, shift.y, shift.z};
+    bool is = true;
+    for (int c = 0; c < 3; ++c) is = is && a.lo[c] + s[c] <= b.hi[c] + distance && a.hi[c] + s[c] >= b.lo[c] - distance;
+    return is;
+}
+
+void extend(Box& b, const double (&x)[3]) {
+    for (int a = 0; a < 3; ++a) {
+        b.lo[a] = std::min(b.lo[a], x[a]);
+        b.hi[a] = std::max(b.hi[a], x[a]);
+    }
+}
+constexpr Box kEmptyBox{{HUGE_VAL, HUGE_VAL, HUGE_VAL}, {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL}};
+
+/// Positions and velocities of a tile's grains.
+ChunkRange range_of(const core::Tile& tile, const std::vector<Particle>& particles) {
+    ChunkRange r{kEmptyBox, kEmptyBox};
+    for (LocalIndex i = tile.first; i < tile.first + tile.count; ++i) {
+        extend(r.place, particles[i].position);
+        extend(r.velocity, particles[i].velocity);
+    }
+    return r;
+}
+
 /// A subdomain with finite ends on periodic axes: beyond them lies an image, not more of the same rank.
 Box bounded_box(const core::SliceGrid& slices, const core::Domain& domain, int rank) {
     Box b = slices.box(rank);
@@ -59,10 +85,8 @@ std::vector<Neighbour> find_neighbours(const core::SliceGrid& slices, const core
             for (int iy = -images(1); iy <= images(1); ++iy)
                 for (int iz = -images(2); iz <= images(2); ++iz) {
                     if (rank == me && ix == 0 && iy == 0 && iz == 0) continue;
-                    const double shift[3] = {ix * domain.length(0), iy * domain.length(1), iz * domain.length(2)};
-                    bool near = true;
-                    for (int a = 0; a < 3; ++a) near = near && mine.lo[a] + shift[a] <= box.hi[a] && mine.hi[a] + shift[a] >= box.lo[a];
-                    if (near) out.push_back({rank, {shift[0], shift[1], shift[2]}, box});
+                    const core::Vec3d shift{ix * domain.length(0), iy * domain.length(1), iz * domain.length(2)};
+                    if (near(mine, shift, box, reach)) out.push_back({rank, shift, box});
                 }
     }
     return out;
@@ -80,6 +104,7 @@ struct Halo::Send {
     std::vector<core::Vec3d> shifts;
     std::vector<int> tiles;               // a tile a chunk
     std::vector<std::uint32_t> chunk_end; // grains before the end of each chunk
+    std::vector<ChunkRange> ranges;       // a chunk; places as the receiver sees them
     std::vector<double> buffer;
 };
 
@@ -104,6 +129,7 @@ Halo::~Halo() {
     if (!finalised) release();
 }
 
+bool Halo::talks() const { return !sends_.empty() || !receives_.empty(); }
 int Halo::n_neighbours() const { return static_cast<int>(sends_.size()); }
 const std::vector<int>& Halo::tiles_of(int k) const { return sends_[k].tiles; }
 
@@ -123,6 +149,7 @@ void Halo::build(const core::SliceGrid& slices, const core::Domain& domain, doub
     sub.ghost_shift.clear();
     sub.ghost_chunk.clear();
     sub.chunk_displacement.clear();
+    sub.chunk_range.clear();
     if (comm_.size() == 1) return;
 
     // Which of my grains lie within reach of which images of which ranks.
@@ -131,6 +158,26 @@ void Halo::build(const core::SliceGrid& slices, const core::Domain& domain, doub
     std::vector<int> send_of(static_cast<std::size_t>(comm_.size()), -1);
     for (std::size_t t = 0; t < sub.tiles.size(); ++t) {
         const core::Tile& tile = sub.tiles[t];
+        if (tile.count == 0) continue;
+        const ChunkRange range = range_of(tile, sub.particles);
+        for (const Neighbour& n : neighbours) {
+            if (!near(range.place, n.shift, n.box, reach)) continue;
+            if (send_of[n.rank] < 0) {
+                send_of[n.rank] = static_cast<int>(sends_.size());
+                sends_.push_back(Send{n.rank, {}, {}, {}, {}, {}, {}});
+            }
+            Send& s = sends_[send_of[n.rank]];
+            if (s.tiles.empty() || s.tiles.back() != static_cast<int>(t)) {
+                s.tiles.push_back(static_cast<int>(t));
+                s.chunk_end.push_back(static_cast<std::uint32_t>(s.grains.size()));
+                s.ranges.push_back({kEmptyBox, range.velocity});
+            }
+            const double shift[3] = {n.shift.x, n.shift.y, n.shift.z};
+            for (const auto* corner : {&range.place.lo, &range.place.hi}) {
+                const double at[3] = {(*corner)[0] + shift[0], (*corner)[1] + shift[1], (*corner)[2] + shift[2]};
+                extend(s.ranges.back().place, at);
+            }
+        }
         for (LocalIndex i = tile.first; i < tile.first + tile.count; ++i) {
             const double* x = sub.particles[i].position;
             bool interior = true;
@@ -141,15 +188,7 @@ void Halo::build(const core::SliceGrid& slices, const core::Domain& domain, doub
             if (interior) continue;
             for (const Neighbour& n : neighbours) {
                 if (!inside(n.box, x, n.shift)) continue;
-                if (send_of[n.rank] < 0) {
-                    send_of[n.rank] = static_cast<int>(sends_.size());
-                    sends_.push_back(Send{n.rank, {}, {}, {}, {}, {}});
-                }
                 Send& s = sends_[send_of[n.rank]];
-                if (s.tiles.empty() || s.tiles.back() != static_cast<int>(t)) {
-                    s.tiles.push_back(static_cast<int>(t));
-                    s.chunk_end.push_back(static_cast<std::uint32_t>(s.grains.size()));
-                }
                 s.grains.push_back(i);
                 s.shifts.push_back(n.shift);
                 s.chunk_end.back() = static_cast<std::uint32_t>(s.grains.size());
@@ -162,6 +201,7 @@ void Halo::build(const core::SliceGrid& slices, const core::Domain& domain, doub
         Packer pack;
         pack.put(static_cast<std::uint32_t>(s.grains.size()));
         pack.put_all(s.chunk_end);
+        pack.put_all(s.ranges);
         for (std::size_t k = 0; k < s.grains.size(); ++k) {
             pack.put(sub.particles[s.grains[k]]);
             pack.put(s.shifts[k]);
@@ -172,6 +212,8 @@ void Halo::build(const core::SliceGrid& slices, const core::Domain& domain, doub
         Unpacker unpack(p.data);
         const auto n = unpack.get<std::uint32_t>();
         const auto chunk_end = unpack.get_all<std::uint32_t>();
+        const auto ranges = unpack.get_all<ChunkRange>();
+        sub.chunk_range.insert(sub.chunk_range.end(), ranges.begin(), ranges.end());
         Receive r{p.rank, static_cast<LocalIndex>(sub.ghost_shift.size()), n, static_cast<std::int32_t>(sub.chunk_displacement.size()), static_cast<std::uint32_t>(chunk_end.size()), {}};
         for (std::uint32_t k = 0, chunk = 0; k < n; ++k) {
             while (k >= chunk_end[chunk]) ++chunk;

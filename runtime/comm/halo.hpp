@@ -1,7 +1,8 @@
 // runtime/comm/halo.hpp: ghosts. Which grains a rank shows to which others, and the messages of a step.
 //
 // A ghost keeps its owner's coordinates, unshifted; the shift that brings it near the receiver serves the lists only. Grains go
-// in chunks, one for each of the sender's tiles, and each chunk tells how far its grains moved since the lists were built.
+// in chunks, one for each of the sender's tiles within twice the reach of the receiver, and each chunk tells how far the tile's grains
+// moved since the lists were built, even when none of them is a ghost: a grain beyond the halo may be on its way here.
 // Messages are persistent requests; one message a step and neighbour. A rank may be its own neighbour (a periodic image).
 #pragma once
 
@@ -25,6 +26,8 @@ public:
     void build(const core::SliceGrid& slices, const core::Domain& domain, double reach, Subdomain& sub);
 
     int n_neighbours() const;
+    /// Whether a message goes or comes at all.
+    bool talks() const;
     /// Tiles whose grains go to neighbour k.
     const std::vector<int>& tiles_of(int k) const;
 

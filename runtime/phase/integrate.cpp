@@ -30,10 +30,11 @@ SkinUse skin_use(const EngineState& s) {
     for (std::size_t t = 0; t < sub.tiles.size(); ++t) {
         const Tile& tile = sub.tiles[t];
         if (tile.count == 0) continue;
+        use.all.merge(tile.displacement);
         look(tile.displacement, tile.displacement);
         for (const int u : tile.neighbours)
             if (u > static_cast<int>(t)) look(tile.displacement, sub.tiles[u].displacement);
-        for (const int c : tile.ghost_chunks) look(tile.displacement, sub.chunk_displacement[c]);
+        for (const int c : tile.watched_chunks) look(tile.displacement, sub.chunk_displacement[c]);
         for (std::size_t w = 0; w < s.model.walls.size(); ++w) {
             // How far the plane came towards the unlisted grains, the worst grain of the tile taken.
             const Wall& wall = s.model.walls[w];

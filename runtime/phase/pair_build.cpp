@@ -1,4 +1,7 @@
 // pair_build: candidate lists, and the inheritance of contact histories through them.
+#include <algorithm>
+#include <cmath>
+
 #include "runtime/phase/phases.hpp"
 
 namespace talus::runtime {
@@ -54,6 +57,34 @@ void bin_ghosts(Subdomain& sub) {
     core::sort_by_cell(std::span<const std::uint32_t>(cell), sub.order.grid.n_cells(), [&](std::uint32_t g) { return sub.particles[sub.n_owned + g].label; }, sub.ghost_cell_first, sub.ghost_order);
 }
 
+/// Chunks within twice the reach of a tile. Pairs with any other chunk start at least that far apart, as pairs of tiles that are not
+/// neighbours do; the watch over all displacements together serves them (see Engine::agree_on_step).
+void find_watched_chunks(const EngineState& s, Tile& tile) {
+    tile.watched_chunks.clear();
+    if (tile.count == 0 || s.sub.chunk_range.empty()) return;
+    core::Box mine{{HUGE_VAL, HUGE_VAL, HUGE_VAL}, {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL}};
+    for (LocalIndex i = tile.first; i < tile.first + tile.count; ++i)
+        for (int a = 0; a < 3; ++a) {
+            mine.lo[a] = std::min(mine.lo[a], s.sub.particles[i].position[a]);
+            mine.hi[a] = std::max(mine.hi[a], s.sub.particles[i].position[a]);
+        }
+    const core::CellGrid& grid = s.sub.order.grid;
+    const double distance = 2.0 * s.model.reach();
+    for (std::size_t c = 0; c < s.sub.chunk_range.size(); ++c) {
+        const core::Box& place = s.sub.chunk_range[c].place;
+        bool near = true;
+        for (int a = 0; a < 3; ++a) {
+            bool on_axis = false;
+            for (int image = grid.wraps[a] ? -1 : 0; image <= (grid.wraps[a] ? 1 : 0); ++image) {
+                const double shift = image * grid.period[a];
+                on_axis = on_axis || (place.lo[a] + shift < mine.hi[a] + distance && place.hi[a] + shift > mine.lo[a] - distance);
+            }
+            near = near && on_axis;
+        }
+        if (near) tile.watched_chunks.push_back(static_cast<int>(c));
+    }
+}
+
 } // namespace
 
 void build_pairs(EngineState& s) {
@@ -70,6 +101,9 @@ void build_pairs(EngineState& s) {
     s.workers.timed(Phase::pair_build, 0, [&] {
         bin_ghosts(sub);
         for (LocalIndex g = 0; g < sub.n_ghosts(); ++g) mark(sub.particles[sub.n_owned + g], sub.chunk_displacement[sub.ghost_chunk[g]]);
+        for (std::size_t c = 0; c < sub.chunk_range.size(); ++c)
+            for (const auto* v : {&sub.chunk_range[c].velocity.lo, &sub.chunk_range[c].velocity.hi})
+                sub.chunk_displacement[c].add({0.0, 0.0, 0.0}, {foreseen_time * (*v)[0], foreseen_time * (*v)[1], foreseen_time * (*v)[2]});
     });
     std::vector<core::WallPlane> walls;
     for (Wall& w : s.model.walls) {
@@ -81,6 +115,7 @@ void build_pairs(EngineState& s) {
         Tile& tile = sub.tiles[t];
         core::build_candidates(source, sub.contacts.history_quads, tile, s.candidate_scratch[Workers::current()]);
         core::inherit_histories(sub.contacts, sub.slot_of, sub.particles, tile);
+        find_watched_chunks(s, tile);
         tile.displacement.clear();
         for (std::uint32_t k = 0; k < tile.count; ++k) {
             tile.sums[k] = sub.sums[tile.first + k];

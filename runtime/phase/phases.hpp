@@ -38,6 +38,7 @@ void integrate_tile(EngineState& s, int tile);
 /// Largest share of the skin that any listed pair may have used up: now, and as foreseen. >= 1 means the lists may miss a pair.
 struct SkinUse {
     double now = 0.0, foreseen = 0.0;
+    core::DisplacementBox all; // of every grain of this rank: pairs that start too far apart for the above are judged over all ranks
 };
 SkinUse skin_use(const EngineState& s);
 
