@@ -104,7 +104,11 @@ void add_head(Hdf5File& hdf5) {
     hdf5.add_text("/", "format", kFormatName);
     hdf5.add_attribute("/", "format_version", Kind::i64, {}, &format);
     hdf5.add_text("/", "talus_version", TALUS_VERSION_TEXT);
+#if defined(__clang__)
     hdf5.add_text("/", "build", __VERSION__);
+#else
+    hdf5.add_text("/", "build", "GCC " __VERSION__);
+#endif
 }
 
 } // namespace

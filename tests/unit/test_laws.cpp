@@ -163,7 +163,7 @@ TEST(Laws, clipped_damping_never_attracts_and_attractive_damping_does) {
             const auto evaluate = [&](double floor) { return normal == NormalLaw::hertz ? HertzNormal::evaluate(g, p, floor) : LinearNormal::evaluate(g, p, floor); };
             ASSERT_GE(evaluate(0.0).total, 0.0);
             attracted += evaluate(-HUGE_VAL).total < 0.0 ? 1 : 0;
-            if (g.parting_speed < 0.0) ASSERT_GE(evaluate(-HUGE_VAL).total, evaluate(-HUGE_VAL).elastic);
+            ASSERT_EQ(g.parting_speed < 0.0 && p.damping_n > 0.0, evaluate(-HUGE_VAL).total > evaluate(-HUGE_VAL).elastic);
         }
     EXPECT_GT(attracted, 1000);
 }
@@ -184,7 +184,7 @@ void expect_cap_and_zero() {
             const double cap = friction * n.total;
             ASSERT_LE(length(f.force), cap * (1.0 + 1e-14));
             ASSERT_NEAR(dot(f.force, g.normal), 0.0, 1e-12 * cap + 1e-25);
-            if (f.sliding) ASSERT_NEAR(length(f.force), cap, 1e-14 * cap);
+            ASSERT_TRUE(!f.sliding || std::fabs(length(f.force) - cap) <= 1e-14 * cap);
             ASSERT_EQ(f.sliding, row.last < 0.0) << "the sign of the stored radius tells sliding";
             ASSERT_EQ(std::fabs(row.last), n.contact_radius);
             if (cap > 0.0) continue;
@@ -244,9 +244,10 @@ TEST(Laws, the_rolling_spring_is_linear_at_first_and_ends_at_mu_r_R_F_without_da
     EXPECT_EQ(moment.x, 0.0);
 }
 
-TEST(Laws, the_rayleigh_step_of_the_papers_sand_is_8_9_to_10_8_microseconds) {
-    EXPECT_NEAR(rayleigh_step(kSand, 0.5 * 205.0e-6), 8.9e-6, 0.05e-6);
-    EXPECT_NEAR(rayleigh_step(kSand, 0.5 * 250.0e-6), 10.8e-6, 0.05e-6);
+TEST(Laws, the_rayleigh_step_of_the_papers_sand_is_8_85_to_10_79_microseconds) {
+    // pi R sqrt(rho/G) / (0.1631 nu + 0.8766) by hand: G = 1e7/2.4 Pa, sqrt(rho/G) = 0.02497999 s/m, the denominator 0.90922.
+    EXPECT_NEAR(rayleigh_step(kSand, 0.5 * 205.0e-6), 8.8470e-6, 0.0001e-6);
+    EXPECT_NEAR(rayleigh_step(kSand, 0.5 * 250.0e-6), 10.7890e-6, 0.0001e-6);
 }
 
 TEST(Laws, a_rigid_wall_doubles_the_effective_modulus_of_equal_materials) {
