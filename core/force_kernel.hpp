@@ -7,7 +7,6 @@
 #pragma once
 
 #include <cstdint>
-#include <vector>
 
 #include "core/domain.hpp"
 #include "core/fixed_sum.hpp"
@@ -44,9 +43,12 @@ struct ForceContext {
     PairParameters pairs[kMaxMaterials][kMaxMaterials];
 };
 
+/// How far ahead of its use a kernel asks for what a pair will need, in pairs.
+inline constexpr std::uint32_t kFetchAhead = 24;
+
 /// One tile's share of a list: candidates, one touching bit each, and history rows.
 struct ContactList {
-    const CandidatePair* pairs = nullptr; // padded to a multiple of 8
+    const CandidatePair* pairs = nullptr; // padded to a multiple of 8 and by kFetchAhead
     std::uint8_t* touching = nullptr;     // one bit a pair: touched at the last evaluation; rows of others are void
     double* history = nullptr;            // history_doubles(laws) a pair, 32-byte aligned
     std::uint32_t count = 0;
@@ -79,16 +81,11 @@ struct CapBreach {
     double force = 0.0; // N
 };
 
-/// Scratch of one worker, kept between calls.
-struct KernelScratch {
-    std::vector<std::uint32_t> touching;
-};
-
 /// Widths that can be asked for; automatic is the widest this machine has.
 enum class KernelWidth { automatic = 0, scalar = 1, four = 4 };
 
-using PairKernel = void (*)(const ForceContext&, const TileForces&, KernelScratch&, HeatSum&, CapBreach&);
-using WallKernel = void (*)(const ForceContext&, const WallPlane&, int wall, const TileForces&, KernelScratch&, WallSum&, HeatSum&, CapBreach&);
+using PairKernel = void (*)(const ForceContext&, const TileForces&, HeatSum&, CapBreach&);
+using WallKernel = void (*)(const ForceContext&, const WallPlane&, int wall, const TileForces&, WallSum&, HeatSum&, CapBreach&);
 
 struct KernelSet {
     PairKernel pair;

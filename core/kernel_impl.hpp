@@ -1,6 +1,7 @@
 // core/kernel_impl.hpp: the body of the force kernels, a template over the lanes and the law. Included by one source a width.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <limits>
@@ -28,33 +29,49 @@ inline int append_bits(unsigned mask, std::uint32_t first, std::uint32_t* out) {
     return std::popcount(mask);
 }
 
-/// Stage 1: find the touching entries of a list. `touch8(first)` gives the touching bits of eight entries; `ended(entry)` is told
-/// of each contact that ends, while its row still stands.
-/// @return how many indices stand in scratch.touching, which is padded by repeating the last one for a whole batch
-template <int kHistory, class Touch8, class Ended>
-inline std::uint32_t filter(const ContactList& list, int batch, KernelScratch& scratch, Touch8 touch8, Ended ended) {
-    auto& found = scratch.touching;
-    if (found.size() < list.count + 16) found.resize(list.count + 16);
-    std::uint32_t n = 0;
-    for (std::uint32_t first = 0; first < list.count; first += 8) {
-        const std::uint32_t left = list.count - first;
-        unsigned mask = touch8(first);
-        if (left < 8) mask &= (1u << left) - 1u;
-        std::uint8_t& stored = list.touching[first / 8];
-        if constexpr (kHistory > 0) {
-            // A contact begins: its row is void until now.
-            for (unsigned fresh = mask & ~stored & 0xffu; fresh != 0; fresh &= fresh - 1) {
-                double* row = list.history + static_cast<std::size_t>(first + std::countr_zero(fresh)) * kHistory;
-                for (int c = 0; c < kHistory; ++c) row[c] = 0.0;
+/// Candidates that are filtered before their contacts are evaluated: few enough that what the filter fetched is still in L1.
+inline constexpr std::uint32_t kBlock = 64;
+
+/// Find the touching entries of a list and hand them on, W at a time. `touch8(first)` gives the touching bits of eight entries;
+/// `fetch(entry)` asks for what evaluating the entry will read; `ended(entry)` is told of each contact that ends, while its row
+/// still stands; `evaluate(entries, lanes)` gets W entries, of which the first `lanes` count.
+/// @return number of touching entries
+template <int W, int kHistory, class Touch8, class Fetch, class Ended, class Evaluate>
+inline std::uint32_t for_contacts(const ContactList& list, Touch8 touch8, Fetch fetch, Ended ended, Evaluate evaluate) {
+    std::uint32_t found[kBlock + 2 * 8];
+    std::uint32_t n = 0, total = 0;
+    for (std::uint32_t block = 0; block < list.count; block += kBlock) {
+        const std::uint32_t end = std::min(block + kBlock, list.count);
+        for (std::uint32_t first = block; first < end; first += 8) {
+            const std::uint32_t left = list.count - first;
+            for (std::uint32_t k = 0; k < 8; ++k) fetch(first + k);
+            unsigned mask = touch8(first);
+            if (left < 8) mask &= (1u << left) - 1u;
+            std::uint8_t& stored = list.touching[first / 8];
+            if constexpr (kHistory > 0) {
+                // A contact begins: its row is void until now.
+                for (unsigned fresh = mask & ~stored & 0xffu; fresh != 0; fresh &= fresh - 1) {
+                    double* row = list.history + static_cast<std::size_t>(first + std::countr_zero(fresh)) * kHistory;
+                    for (int c = 0; c < kHistory; ++c) row[c] = 0.0;
+                }
             }
+            for (unsigned gone = ~mask & stored & 0xffu; gone != 0; gone &= gone - 1) ended(first + static_cast<std::uint32_t>(std::countr_zero(gone)));
+            stored = static_cast<std::uint8_t>(mask);
+            n += append_bits(mask, first, found + n);
         }
-        for (unsigned gone = ~mask & stored & 0xffu; gone != 0; gone &= gone - 1) ended(first + static_cast<std::uint32_t>(std::countr_zero(gone)));
-        stored = static_cast<std::uint8_t>(mask);
-        n += append_bits(mask, first, found.data() + n);
+        total += n;
+        const bool last = end == list.count;
+        // A batch that is not full waits for the next block; the last one is filled by repetition.
+        if (last && n > 0)
+            for (std::uint32_t k = n; k % W != 0; ++k) found[k] = found[n - 1];
+        std::uint32_t done = 0;
+        for (; done + W <= n || (last && done < n); done += W) evaluate(found + done, static_cast<int>(std::min<std::uint32_t>(W, n - done)));
+        const std::uint32_t rest = done < n ? n - done : 0;
+        for (std::uint32_t k = 0; k < rest; ++k) found[k] = found[done + k];
+        total -= rest;
+        n = rest;
     }
-    if (n > 0)
-        for (std::uint32_t k = n; k % batch != 0; ++k) found[k] = found[n - 1];
-    return n;
+    return total;
 }
 
 template <class V>
@@ -158,7 +175,7 @@ inline double lane(V v, int l) {
 }
 
 template <class V, class Law, bool kLedger>
-void pair_forces(const ForceContext& context, const TileForces& tile, KernelScratch& scratch, HeatSum& heat, CapBreach& breach) {
+[[gnu::flatten]] void pair_forces(const ForceContext& context, const TileForces& tile, HeatSum& heat, CapBreach& breach) {
     constexpr int W = kLanes<V>;
     constexpr bool kInertia = Law::kHistoryDoubles > 4;
     // What the loop reads of the context and the tile, as locals: stores of sums cannot alias them.
@@ -196,15 +213,19 @@ void pair_forces(const ForceContext& context, const TileForces& tile, KernelScra
             if ((pair.flipped() ? b : a) < tile.n_owned) add_released<Law>(context, context.pairs[material_of(particles[a])][material_of(particles[b])], list, entry, heat);
         }
     };
-    const std::uint32_t n = filter<Law::kHistoryDoubles>(list, W, scratch, touch8, ended);
-    const std::uint32_t* const found = scratch.touching.data();
-
-    for (std::uint32_t k = 0; k < n; k += W) {
-        const int lanes = n - k < static_cast<std::uint32_t>(W) ? static_cast<int>(n - k) : W;
+    const auto fetch = [&](std::uint32_t entry) {
+        const TileLocal b = list.pairs[entry + kFetchAhead].b();
+        const Particle& p = particles[index_of[b]];
+        __builtin_prefetch(p.position);
+        __builtin_prefetch(p.angular_velocity);
+        __builtin_prefetch(&sums[b], 1);
+        if constexpr (Law::kHistoryDoubles > 0) __builtin_prefetch(list.history + static_cast<std::size_t>(entry + kFetchAhead) * Law::kHistoryDoubles, 1);
+    };
+    const auto evaluate = [&](const std::uint32_t* found, int lanes) {
         const Particle *pi[W], *pj[W];
         TileLocal ti[W], tj[W];
         for (int l = 0; l < W; ++l) {
-            const CandidatePair pair = list.pairs[found[k + l]];
+            const CandidatePair pair = list.pairs[found[l]];
             const TileLocal a = pair.a, b = pair.b();
             ti[l] = pair.flipped() ? b : a;
             tj[l] = pair.flipped() ? a : b;
@@ -219,7 +240,7 @@ void pair_forces(const ForceContext& context, const TileForces& tile, KernelScra
             for (int l = 0; l < W; ++l) tables[l] = &context.pairs[material_of(*pi[l])][material_of(*pj[l])];
             parameters = load_parameters<V>(tables);
         }
-        ContactHistory<V> history = load_history<V, Law>(list.history, found + k);
+        ContactHistory<V> history = load_history<V, Law>(list.history, found);
         Dissipation<V> dissipated;
         const ContactForce<V> f = Law::evaluate(g, parameters, constants, history, kLedger ? &dissipated : nullptr);
 
@@ -227,7 +248,7 @@ void pair_forces(const ForceContext& context, const TileForces& tile, KernelScra
             const V size = square_root(dot(f.force, f.force));
             for (int l = 0; l < lanes; ++l)
                 if (bad >> l & 1) note_breach(breach, pi[l]->label, pj[l]->label, lane(size, l));
-            continue;
+            return;
         }
         const Vec3<V> twist = cross(g.normal, f.tangential);
         alignas(64) std::int64_t force[W][4], torque_i[W][4], torque_j[W][4];
@@ -242,18 +263,19 @@ void pair_forces(const ForceContext& context, const TileForces& tile, KernelScra
             subtract_row(sj.force, force[l]);
             add_row(sj.torque, torque_j[l]);
         }
-        if (advance) store_history<V, Law>(history, list.history, found + k, lanes);
+        if (advance) store_history<V, Law>(history, list.history, found, lanes);
         if (kLedger && advance) {
             // A pair across subdomains is evaluated on both; its heat counts where its smaller label lives.
             unsigned owned = 0;
             for (int l = 0; l < lanes; ++l) owned |= (index_of[ti[l]] < tile.n_owned ? 1u : 0u) << l;
             add_heat(dissipated, torque_scale, owned, heat);
         }
-    }
+    };
+    for_contacts<W, Law::kHistoryDoubles>(list, touch8, fetch, ended, evaluate);
 }
 
 template <class V, class Law, bool kLedger>
-void wall_forces(const ForceContext& context, const WallPlane& wall, int wall_id, const TileForces& tile, KernelScratch& scratch,
+[[gnu::flatten]] void wall_forces(const ForceContext& context, const WallPlane& wall, int wall_id, const TileForces& tile,
                  WallSum& sum, HeatSum& heat, CapBreach& breach) {
     constexpr int W = kLanes<V>;
     constexpr bool kInertia = Law::kHistoryDoubles > 4;
@@ -277,21 +299,18 @@ void wall_forces(const ForceContext& context, const WallPlane& wall, int wall_id
     const auto ended = [&](std::uint32_t entry) {
         if constexpr (kLedger) add_released<Law>(context, context.pairs[material_of(particles[index_of[list.pairs[entry].a]])][wall.material], list, entry, heat);
     };
-    const std::uint32_t n = filter<Law::kHistoryDoubles>(list, W, scratch, touch8, ended);
-    const std::uint32_t* const found = scratch.touching.data();
-    sum.contacts += n;
-
-    for (std::uint32_t k = 0; k < n; k += W) {
-        const int lanes = n - k < static_cast<std::uint32_t>(W) ? static_cast<int>(n - k) : W;
+    // A tile's grains stand in the order of its wall list: the hardware sees them coming.
+    const auto fetch = [](std::uint32_t) {};
+    const auto evaluate = [&](const std::uint32_t* found, int lanes) {
         const Particle* pi[W];
         const PairParameters* tables[W];
         for (int l = 0; l < W; ++l) {
-            pi[l] = &particles[index_of[list.pairs[found[k + l]].a]];
+            pi[l] = &particles[index_of[list.pairs[found[l]].a]];
             tables[l] = &context.pairs[material_of(*pi[l])][wall.material];
         }
         const GrainLanes<V> gi = load_grains<V>(pi);
         const ContactGeometry<V> g = wall_geometry<kInertia>(wall.point, wall.normal, wall.velocity, gi);
-        ContactHistory<V> history = load_history<V, Law>(list.history, found + k);
+        ContactHistory<V> history = load_history<V, Law>(list.history, found);
         Dissipation<V> dissipated;
         const ContactForce<V> f = Law::evaluate(g, load_parameters<V>(tables), constants, history, kLedger ? &dissipated : nullptr);
 
@@ -299,7 +318,7 @@ void wall_forces(const ForceContext& context, const WallPlane& wall, int wall_id
             const V size = square_root(dot(f.force, f.force));
             for (int l = 0; l < lanes; ++l)
                 if (bad >> l & 1) note_breach(breach, pi[l]->label, kWallLabel + wall_id, lane(size, l));
-            continue;
+            return;
         }
         const Vec3<V> twist = cross(g.normal, f.tangential);
         const Vec3<V> at = fnma(g.normal, gi.radius - g.overlap, gi.position);
@@ -308,7 +327,7 @@ void wall_forces(const ForceContext& context, const WallPlane& wall, int wall_id
         integer_rows(fnma(twist, gi.radius, f.moment_i), torque_scale, torque);
         integer_rows(cross(at, f.force), context.units.wall_torque.scale, about_origin);
         for (int l = 0; l < lanes; ++l) {
-            ForceSum& si = tile.sums[list.pairs[found[k + l]].a];
+            ForceSum& si = tile.sums[list.pairs[found[l]].a];
             add_row(si.force, force[l]);
             add_row(si.torque, torque[l]);
             for (int c = 0; c < 3; ++c) {
@@ -316,9 +335,10 @@ void wall_forces(const ForceContext& context, const WallPlane& wall, int wall_id
                 sum.torque[c] -= about_origin[l][c];
             }
         }
-        if (context.advance) store_history<V, Law>(history, list.history, found + k, lanes);
+        if (context.advance) store_history<V, Law>(history, list.history, found, lanes);
         if (kLedger && context.advance) add_heat(dissipated, torque_scale, (1u << lanes) - 1u, heat);
-    }
+    };
+    sum.contacts += for_contacts<W, Law::kHistoryDoubles>(list, touch8, fetch, ended, evaluate);
 }
 
 /// What choose_law() makes of a law: the kernels at a width.

@@ -21,7 +21,7 @@ struct alignas(32) Quad {
 
 /// Owner of what a ContactList points to.
 struct ContactListData {
-    std::vector<CandidatePair> pairs; // padded to a multiple of 8
+    std::vector<CandidatePair> pairs; // padded as ContactList asks
     std::vector<std::uint8_t> touching;
     std::vector<Quad> history;
     std::uint32_t count = 0;
@@ -33,8 +33,9 @@ struct ContactListData {
     /// Size touching bits and history for the pairs that stand, all void.
     void prepare(int history_quads) {
         count = static_cast<std::uint32_t>(pairs.size());
-        pairs.resize((pairs.size() + 7) / 8 * 8, CandidatePair{0, 0});
-        touching.assign(pairs.size() / 8, 0);
+        const std::size_t whole = (pairs.size() + 7) / 8;
+        pairs.resize(whole * 8 + kFetchAhead, CandidatePair{0, 0});
+        touching.assign(whole, 0);
         history.resize(static_cast<std::size_t>(count) * history_quads);
     }
     std::size_t bytes() const {

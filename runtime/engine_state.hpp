@@ -53,7 +53,7 @@ struct Counters {
 
 struct EngineState {
     EngineState(const Settings& settings, std::unique_ptr<Communicator> communicator)
-        : comm(std::move(communicator)), halo(*comm), workers(settings.threads), scratch(static_cast<std::size_t>(settings.threads)),
+        : comm(std::move(communicator)), halo(*comm), workers(settings.threads),
           candidate_scratch(static_cast<std::size_t>(settings.threads)) {
         model.settings = settings;
     }
@@ -75,7 +75,6 @@ struct EngineState {
     bool halo_under_way = false; // a message a neighbour is on its way to this rank
     std::unique_ptr<StepGraph> graph;
 
-    std::vector<core::KernelScratch> scratch;
     std::vector<core::CandidateScratch> candidate_scratch;
 
     bool parallel() const { return comm->size() > 1; }

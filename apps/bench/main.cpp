@@ -65,6 +65,13 @@ void force(benchmark::State& state, const SceneOptions& o, const NamedLaws& laws
     for (auto _ : state)
         for (int t = 0; t < tiles; ++t) runtime::force_tile(s, t);
     count_grains(state, s);
+    double pairs = 0.0, contacts = 0.0;
+    for (const core::Tile& tile : s.sub.tiles) {
+        pairs += tile.pairs.count;
+        for (std::uint32_t k = 0; k < tile.pairs.count; ++k) contacts += tile.pairs.touches(k) ? 1.0 : 0.0;
+    }
+    state.counters["pairs"] = pairs;
+    state.counters["contacts"] = contacts;
 }
 
 void integrate(benchmark::State& state, const SceneOptions& o) {

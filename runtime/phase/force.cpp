@@ -9,16 +9,15 @@ void force_tile(EngineState& s, int t) {
     if (!s.with_forces || s.errors.severity() != 0) return;
     try {
         Tile& tile = s.sub.tiles[t];
-        core::KernelScratch& scratch = s.scratch[Workers::current()];
         core::TileForces work{s.sub.particles.data(), s.sub.n_owned, tile.index_of.data(), tile.sums.data(), tile.pairs.view()};
         // Rows of ghosts are collected by no one.
         for (std::size_t id = tile.count + tile.n_border; id < tile.sums.size(); ++id) tile.sums[id] = core::ForceSum{};
         tile.breach = core::CapBreach{};
-        s.kernels.pair(s.force, work, scratch, tile.heat, tile.breach);
+        s.kernels.pair(s.force, work, tile.heat, tile.breach);
         for (std::size_t w = 0; w < tile.walls.size(); ++w) {
             work.contacts = tile.walls[w].view();
             tile.wall_sums[w] = core::WallSum{};
-            s.kernels.wall(s.force, s.model.walls[w].plane, static_cast<int>(w), work, scratch, tile.wall_sums[w], tile.heat, tile.breach);
+            s.kernels.wall(s.force, s.model.walls[w].plane, static_cast<int>(w), work, tile.wall_sums[w], tile.heat, tile.breach);
         }
         if (tile.breach.found) {
             const core::CapBreach& b = tile.breach;

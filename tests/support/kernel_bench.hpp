@@ -111,9 +111,8 @@ struct KernelBench {
     }
     void evaluate(core::KernelWidth width, bool with_walls = true) {
         const core::KernelSet kernels = core::select_kernels(context.laws, context.ledger, width);
-        core::KernelScratch scratch;
-        kernels.pair(context, work(tile.pairs), scratch, heat, breach);
-        for (std::size_t w = 0; with_walls && w < walls.size(); ++w) kernels.wall(context, walls[w], static_cast<int>(w), work(tile.walls[w]), scratch, tile.wall_sums[w], heat, breach);
+        kernels.pair(context, work(tile.pairs), heat, breach);
+        for (std::size_t w = 0; with_walls && w < walls.size(); ++w) kernels.wall(context, walls[w], static_cast<int>(w), work(tile.walls[w]), tile.wall_sums[w], heat, breach);
     }
     /// Move the grains a little, so that contacts come, go, slide and turn.
     void drift(double dt) {
