@@ -13,7 +13,7 @@ add_library(talus_header_libraries INTERFACE)
 target_include_directories(talus_header_libraries SYSTEM INTERFACE
     "${TALUS_RANDOM123_INCLUDE}" "${TALUS_XXHASH_INCLUDE}")
 target_compile_definitions(talus_header_libraries INTERFACE XXH_INLINE_ALL)
-target_link_libraries(talus_header_libraries INTERFACE Eigen3::Eigen fmt::fmt-header-only)
+target_link_libraries(talus_header_libraries INTERFACE Eigen3::Eigen fmt::fmt)
 
 # runtime. The C interface of MPI is all we use: through MPI_C the deprecated C++ bindings are not even linked.
 find_package(TBB REQUIRED)

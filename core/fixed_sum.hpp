@@ -35,7 +35,8 @@ struct FixedUnits {
         FixedUnits u;
         u.force = FixedUnit::for_cap(force_cap);
         u.torque = FixedUnit::for_cap(force_cap * radius_max);
-        u.wall_torque = FixedUnit::for_cap(force_cap * (extent > radius_max ? extent : radius_max));
+        // |x Fy - y Fx| may be twice the product of the largest components.
+        u.wall_torque = FixedUnit::for_cap(2.0 * force_cap * (extent > radius_max ? extent : radius_max));
         return u;
     }
 };

@@ -74,7 +74,7 @@ struct HeatSum {
     Wide friction = 0, damping = 0, rolling = 0;
 };
 
-/// A contact whose force is above the cap or not a number.
+/// A contact whose force or torque is above its cap or not a number.
 struct CapBreach {
     bool found = false;
     Label i = 0, j = 0;

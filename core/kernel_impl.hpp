@@ -123,13 +123,17 @@ inline void integer_rows(const Vec3<V>& v, double scale, std::int64_t (&rows)[kL
     to_rows(columns, rows);
 }
 
-/// Bits of lanes whose force passes the cap in some component, or is not a number.
+/// Lanes in which a force or torque is within the cap in every component. Not-a-number fails every comparison, so the test is for
+/// what is right.
 template <class V>
-inline unsigned breaches(const Vec3<V>& force, double scale) {
+inline Mask<V> within_cap(const Vec3<V>& v, double scale) {
     const V s = splat<V>(scale), cap = splat<V>(kCapUnits);
-    // Not-a-number fails every comparison, so the test is for what is right.
-    const auto fine = (magnitude(force.x * s) <= cap) & (magnitude(force.y * s) <= cap) & (magnitude(force.z * s) <= cap);
-    return ~bits_of(fine) & ((1u << kLanes<V>)-1u);
+    return (magnitude(v.x * s) <= cap) & (magnitude(v.y * s) <= cap) & (magnitude(v.z * s) <= cap);
+}
+/// Bits of the first `lanes` lanes that are not in the mask.
+template <class V>
+inline unsigned lanes_outside(Mask<V> fine, int lanes) {
+    return ~bits_of(fine) & ((1u << lanes) - 1u);
 }
 
 inline void add_row(std::int64_t* sum, const std::int64_t* row) {
@@ -244,17 +248,19 @@ template <class V, class Law, bool kLedger>
         Dissipation<V> dissipated;
         const ContactForce<V> f = Law::evaluate(g, parameters, constants, history, kLedger ? &dissipated : nullptr);
 
-        if (const unsigned bad = breaches(f.force, force_scale) & ((1u << lanes) - 1u); bad != 0) [[unlikely]] {
+        const Vec3<V> twist = cross(g.normal, f.tangential);
+        const Vec3<V> on_i = fnma(twist, gi.radius, f.moment_i), on_j = fnma(twist, gj.radius, f.moment_j);
+        const Mask<V> fine = within_cap(f.force, force_scale) & within_cap(on_i, torque_scale) & within_cap(on_j, torque_scale);
+        if (const unsigned bad = lanes_outside<V>(fine, lanes); bad != 0) [[unlikely]] {
             const V size = square_root(dot(f.force, f.force));
             for (int l = 0; l < lanes; ++l)
                 if (bad >> l & 1) note_breach(breach, pi[l]->label, pj[l]->label, lane(size, l));
             return;
         }
-        const Vec3<V> twist = cross(g.normal, f.tangential);
         alignas(64) std::int64_t force[W][4], torque_i[W][4], torque_j[W][4];
         integer_rows(f.force, force_scale, force);
-        integer_rows(fnma(twist, gi.radius, f.moment_i), torque_scale, torque_i);
-        integer_rows(fnma(twist, gj.radius, f.moment_j), torque_scale, torque_j);
+        integer_rows(on_i, torque_scale, torque_i);
+        integer_rows(on_j, torque_scale, torque_j);
         for (int l = 0; l < lanes; ++l) {
             ForceSum& si = sums[ti[l]];
             ForceSum& sj = sums[tj[l]];
@@ -314,17 +320,19 @@ template <class V, class Law, bool kLedger>
         Dissipation<V> dissipated;
         const ContactForce<V> f = Law::evaluate(g, load_parameters<V>(tables), constants, history, kLedger ? &dissipated : nullptr);
 
-        if (const unsigned bad = breaches(f.force, force_scale) & ((1u << lanes) - 1u); bad != 0) [[unlikely]] {
+        const Vec3<V> twist = cross(g.normal, f.tangential);
+        const Vec3<V> on_i = fnma(twist, gi.radius, f.moment_i);
+        const Mask<V> fine = within_cap(f.force, force_scale) & within_cap(on_i, torque_scale);
+        if (const unsigned bad = lanes_outside<V>(fine, lanes); bad != 0) [[unlikely]] {
             const V size = square_root(dot(f.force, f.force));
             for (int l = 0; l < lanes; ++l)
                 if (bad >> l & 1) note_breach(breach, pi[l]->label, kWallLabel + wall_id, lane(size, l));
             return;
         }
-        const Vec3<V> twist = cross(g.normal, f.tangential);
         const Vec3<V> at = fnma(g.normal, gi.radius - g.overlap, gi.position);
         alignas(64) std::int64_t force[W][4], torque[W][4], about_origin[W][4];
         integer_rows(f.force, force_scale, force);
-        integer_rows(fnma(twist, gi.radius, f.moment_i), torque_scale, torque);
+        integer_rows(on_i, torque_scale, torque);
         integer_rows(cross(at, f.force), context.units.wall_torque.scale, about_origin);
         for (int l = 0; l < lanes; ++l) {
             ForceSum& si = tile.sums[list.pairs[found[l]].a];

@@ -143,11 +143,35 @@ void Engine::refresh_lists() {
     rebuild(s, !sliced_);
     sliced_ = true;
     rebuild_due_ = false;
+    lists_stale_ = false;
+    verdict_stale_ = true;
+}
+
+/// What the ranks were told must be the same, bit for bit; and what one of them knows to be stale is stale for all.
+void Engine::agree_on_input() {
+    EngineState& s = *state_;
+    if (!s.parallel()) return;
+    bool* const flags[] = {&lists_stale_, &setup_stale_, &forces_stale_, &verdict_stale_};
+    std::vector<double> v;
+    for (const bool* flag : flags) v.push_back(*flag ? 1.0 : 0.0);
+    for (const std::uint64_t print : fingerprints(s.model)) {
+        const auto exact = static_cast<double>(print >> 12); // below 2^52
+        v.push_back(exact);
+        v.push_back(-exact);
+    }
+    s.comm->max(v);
+    std::size_t k = 0;
+    for (bool* flag : flags) *flag = v[k++] > 0.0;
+    for (const char* part : kModelParts) {
+        const double most = v[k++], least = -v[k++];
+        if (most != least) fail(ErrorKind::argument, "{}: the values differ between ranks; every rank must give the same, to the bit", part);
+    }
 }
 
 void Engine::prepare() {
     require_healthy();
     EngineState& s = *state_;
+    agree_on_input();
     if (!lists_stale_ && !setup_stale_ && !forces_stale_) return;
     if (s.model.n_particles == 0) fail(ErrorKind::state, "there are no grains: insert some before the first step");
     if (setup_stale_ || lists_stale_) check_setup();
@@ -155,8 +179,6 @@ void Engine::prepare() {
     if (setup_stale_) derive_parameters();
     setup_stale_ = false;
     if (lists_stale_ || !s.graph) refresh_lists();
-    if (lists_stale_) verdict_stale_ = true;
-    lists_stale_ = false;
     if (forces_stale_) first_forces();
     forces_stale_ = false;
     refresh_contexts(s);

@@ -67,6 +67,7 @@ public:
 
 private:
     void require_healthy() const;
+    void agree_on_input();
     void check_setup();
     void fix_units();
     void derive_parameters();

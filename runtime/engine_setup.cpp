@@ -1,5 +1,6 @@
 // Materials, walls, laws, and grains in and out.
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "runtime/comm/packing_buffer.hpp"
@@ -119,6 +120,9 @@ void Engine::set_group(int group, const core::GroupMotion& motion) {
     require_healthy();
     if (group < 0 || group >= core::kMaxGroups) fail(ErrorKind::argument, "group {}: there are groups 0 to {}", group, core::kMaxGroups - 1);
     const int mode = static_cast<int>(motion.mode);
+    double sum = 0.0;
+    for (int a = 0; a < 3; ++a) sum += motion.velocity[a] + motion.angular_velocity[a];
+    if (!std::isfinite(sum)) fail(ErrorKind::argument, "group {}: velocity {} {} {}, angular velocity {} {} {}: not finite", group, motion.velocity[0], motion.velocity[1], motion.velocity[2], motion.angular_velocity[0], motion.angular_velocity[1], motion.angular_velocity[2]);
     if (mode < 0 || mode > 2) fail(ErrorKind::argument, "group mode {}: not one of TALUS_GROUP_*", mode);
     state_->model.groups[static_cast<std::size_t>(group)] = motion;
     setup_stale_ = true;
@@ -224,14 +228,13 @@ void Engine::insert(const std::vector<NewGrain>& grains, double max_overlap) {
         refresh_lists();
         check_overlaps(max_overlap);
     } catch (const core::Error&) {
-        remove_unless([](const Particle& p) { return !core::is_new(p); });
         s.model.radius_max = radius_max;
         s.model.radius_min = radius_min;
-        lists_stale_ = true;
+        remove_unless([](const Particle& p) { return !core::is_new(p); });
         throw;
     }
     for (Particle& p : s.sub.particles) p.meta &= ~core::kNewGrain; // ghosts too
-    lists_stale_ = true; // checks run again before the next step, on all grains
+    setup_stale_ = true; // checks run again before the next step, on all grains
     forces_stale_ = true;
     ++generation_;
 }
@@ -282,15 +285,16 @@ std::int64_t Engine::remove_unless(Keep keep) {
     sub.sums.resize(kept);
     sub.slot_of.resize(kept);
     s.model.n_particles -= removed;
+    lists_stale_ = true;
     if (s.model.n_particles > 0) refresh_lists();
     return removed;
 }
 
 std::int64_t Engine::remove_above(int axis, double level) {
     require_healthy();
+    require_same(*state_->comm, "axis and level", std::array{static_cast<double>(axis), level});
     if (axis < 0 || axis > 2) fail(ErrorKind::argument, "axis {}: must be 0, 1 or 2", axis);
     const std::int64_t removed = remove_unless([&](const Particle& p) { return !(p.position[axis] > level); });
-    lists_stale_ = true;
     forces_stale_ = forces_stale_ || removed > 0;
     ++generation_;
     return removed;
@@ -300,6 +304,12 @@ std::int64_t Engine::fill(core::FillPlan plan, std::int64_t count, Label first_l
     require_healthy();
     EngineState& s = *state_;
     const Settings& set = s.model.settings;
+    std::vector<double> given{plan.radius_min, plan.radius_max, plan.room, plan.jitter, static_cast<double>(count), static_cast<double>(first_label), static_cast<double>(material), static_cast<double>(group)};
+    for (int a = 0; a < 3; ++a) {
+        given.push_back(plan.lo[a]);
+        given.push_back(plan.hi[a]);
+    }
+    require_same(*s.comm, "fill", given);
     if (!(plan.radius_min > 0.0) || !(plan.radius_max >= plan.radius_min) || !std::isfinite(plan.radius_max)) fail(ErrorKind::argument, "fill radii {} to {}: must be 0 < radius_min <= radius_max [m]", plan.radius_min, plan.radius_max);
     if (!(plan.room >= 0.0) || !(plan.jitter >= 0.0) || !(plan.jitter <= 1.0)) fail(ErrorKind::argument, "fill room = {}, jitter = {}: room must be >= 0 and jitter in [0, 1]", plan.room, plan.jitter);
     for (int a = 0; a < 3; ++a)
@@ -336,6 +346,8 @@ std::int64_t Engine::fill(core::FillPlan plan, std::int64_t count, Label first_l
 void Engine::add_velocity(const double (&v)[3]) {
     require_healthy();
     EngineState& s = *state_;
+    require_same(*s.comm, "velocity", v);
+    if (!std::isfinite(v[0] + v[1] + v[2])) fail(ErrorKind::argument, "velocity {} {} {}: not finite", v[0], v[1], v[2]);
     for (LocalIndex i = 0; i < s.sub.n_owned; ++i) {
         Particle& p = s.sub.particles[i];
         if (s.model.groups[static_cast<std::size_t>(core::group_of(p))].mode != core::GroupMotion::Mode::free) continue;
@@ -359,6 +371,7 @@ void Engine::stop_grains() {
 
 void Engine::colour_layers(int axis, double origin, double thickness) {
     require_healthy();
+    require_same(*state_->comm, "axis, origin and thickness", std::array{static_cast<double>(axis), origin, thickness});
     if (axis < 0 || axis > 2) fail(ErrorKind::argument, "axis {}: must be 0, 1 or 2", axis);
     if (!(thickness > 0.0) || !std::isfinite(origin)) fail(ErrorKind::argument, "layers of {} m from {} m: the thickness must be > 0 and the origin finite", thickness, origin);
     EngineState& s = *state_;

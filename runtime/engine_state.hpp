@@ -4,6 +4,7 @@
 #include <functional>
 #include <memory>
 #include <mutex>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -84,5 +85,7 @@ struct EngineState {
 void agree(Communicator& comm, const std::function<void()>& stage);
 /// Throw the worst error of any rank (largest severity, then lowest rank) on all of them; returns if there is none. [collective]
 void agree_on(Communicator& comm, std::int32_t severity, const std::string& message);
+/// Fail on all ranks if numbers that must be the same everywhere are not, to the bit. [collective]
+void require_same(Communicator& comm, const char* what, std::span<const double> values);
 
 } // namespace talus::runtime

@@ -1,5 +1,6 @@
 // The loop over steps. Between two firings of the graph one thread per rank decides what is global, from a reduction that was
 // started a firing ago: rebuild, stop, errors. So no rank waits for a reduction within a step, and all decide alike.
+#include <array>
 #include <cmath>
 
 #include "runtime/engine.hpp"
@@ -71,9 +72,7 @@ bool Engine::step(std::int64_t n_steps, std::int64_t& done) {
     done = 0;
     require_healthy();
     EngineState& s = *state_;
-    // The largest and the smallest over ranks: equal when all ask for the same.
-    const std::int64_t most = s.comm->max(n_steps), least = -s.comm->max(-n_steps);
-    if (most != least) core::fail(ErrorKind::argument, "n_steps differs between ranks: {} to {}", least, most);
+    require_same(*s.comm, "n_steps", std::array{static_cast<double>(n_steps)});
     if (n_steps < 0) core::fail(ErrorKind::argument, "n_steps = {}: must be >= 0", n_steps);
     prepare();
     if (n_steps == 0) return false;
@@ -180,11 +179,22 @@ void rebuild(EngineState& s, bool first) {
     s.workers.timed(Phase::halo_exchange, 0, [&] { s.halo.build(s.slices, s.model.settings.domain, s.model.reach(), s.sub); });
     agree(*s.comm, [&] { build_pairs(s); });
 
-    std::vector<std::vector<int>> tiles_of_send;
-    for (int k = 0; k < s.halo.n_neighbours(); ++k) tiles_of_send.push_back(s.halo.tiles_of(k));
-    const bool talks = s.parallel() && s.halo.talks();
+    GraphShape shape;
+    shape.talks = s.parallel() && s.halo.talks();
+    for (const core::Tile& t : s.sub.tiles) {
+        shape.neighbours.push_back(t.neighbours);
+        shape.sees_ghosts.push_back(!t.ghost_chunks.empty());
+    }
+    for (int k = 0; k < s.halo.n_neighbours(); ++k) shape.tiles_of_send.push_back(s.halo.tiles_of(k));
+    ++s.counters.rebuilds;
+    s.counters.busy_at_rebuild = s.workers.busy();
+    if (s.graph && s.graph->shape() == shape) return;
+
     StepHooks hooks;
-    hooks.force = [&s](int t) { force_tile(s, t); };
+    hooks.force = [&s](int t) {
+        s.workers.muster(static_cast<int>(s.sub.tiles.size()));
+        force_tile(s, t);
+    };
     hooks.integrate = [&s](int t) { integrate_tile(s, t); };
     const auto guarded = [&s](auto body) {
         try {
@@ -210,9 +220,7 @@ void rebuild(EngineState& s, bool first) {
         });
     };
     s.graph.reset();
-    s.graph = std::make_unique<StepGraph>(s.workers, s.sub.tiles, talks, tiles_of_send, std::move(hooks));
-    ++s.counters.rebuilds;
-    s.counters.busy_at_rebuild = s.workers.busy();
+    s.graph = std::make_unique<StepGraph>(s.workers, std::move(shape), std::move(hooks));
 }
 
 void refresh_contexts(EngineState& s) {

@@ -1,6 +1,8 @@
 // runtime/model.hpp: the part of the state that every rank holds, with the same bits.
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <vector>
 
 #include "core/force_kernel.hpp"
@@ -33,5 +35,10 @@ struct Model {
     /// Farthest distance of centres of a listed pair.
     double reach() const { return 2.0 * radius_max + skin(); }
 };
+
+/// The parts of a model that the user sets, and a number for each that differs when a bit does. What only concerns one rank
+/// (threads, tiles, kernel width) does not count.
+inline constexpr std::array<const char*, 6> kModelParts = {"settings", "laws", "materials", "contacts", "walls", "groups"};
+std::array<std::uint64_t, kModelParts.size()> fingerprints(const Model& model);
 
 } // namespace talus::runtime

@@ -206,10 +206,11 @@ typedef struct talus_wall_state {
 } talus_wall_state;
 
 TALUS_API talus_status talus_wall_init(talus_wall *out_wall);
+TALUS_API talus_status talus_wall_state_init(talus_wall_state *out_state);
 /** Add an unbounded plane before the first step; at most 32. @param out_id 0, 1, 2 ... [collective] */
 TALUS_API talus_status talus_wall_add(talus_engine *engine, const talus_wall *wall, int32_t *out_id);
 TALUS_API talus_status talus_wall_set_velocity(talus_engine *engine, int32_t wall, const double velocity[3]);
-/** Same values on every rank. Set out_state->struct_size before. [collective] */
+/** Same values on every rank. [collective] */
 TALUS_API talus_status talus_wall_get(talus_engine *engine, int32_t wall, talus_wall_state *out_state);
 
 /* ---- particles ---------------------------------------------------------------------------------------- */
@@ -232,6 +233,7 @@ typedef struct talus_particles {
 #define TALUS_GROUP_FROZEN 1 /* does not move */
 #define TALUS_GROUP_DRIVEN 2 /* moves at the velocity given, whatever pushes */
 
+TALUS_API talus_status talus_particles_init(talus_particles *out_particles);
 /** Insert grains; any rank may give any of them: each is sent to its owner. All faults (label given twice, outside
  *  the domain, not finite, overlap above `max_overlap` of the smaller radius) are checked before any change.
  *  @param max_overlap [1] 0 < f <= 1, e.g. 0.05 [collective: own particles on each rank] */
@@ -274,8 +276,9 @@ TALUS_API talus_status talus_particles_mark_reference(talus_engine *engine);
 /** Advance by whole steps (velocity Verlet). [collective: same n_steps]
  *  @param n_steps   [1] >= 0; zero only prepares (checks, lists, first forces)
  *  @param out_done  [1] steps finished on all ranks, may be NULL; written on failure too
- *  @return TALUS_OK | TALUS_STOPPED (talus_engine_request_stop) | ARGUMENT (state kept) | UNSTABLE, LOST, COMM,
- *          INTERNAL: the engine is poisoned, only messages, observation of counts and destroy still work */
+ *  @return TALUS_OK | TALUS_STOPPED (talus_engine_request_stop) | ARGUMENT (state kept; also when laws, materials, walls,
+ *          groups or other settings differ between ranks) | UNSTABLE, LOST, COMM, INTERNAL, and IO from a trace that could
+ *          not be written: the engine is poisoned, only messages, observation of counts and destroy still work */
 TALUS_API talus_status talus_engine_step(talus_engine *engine, int64_t n_steps, int64_t *out_done);
 /** Ask the running or the next step call to return after its current step, on every rank. One atomic store. [local] */
 TALUS_API void talus_engine_request_stop(talus_engine *engine);
@@ -362,6 +365,7 @@ typedef struct talus_view {
     const double *data;   /* first component of the first grain; const: never write */
     uint64_t generation;  /* stale as soon as talus_engine_generation() differs */
 } talus_view;
+TALUS_API talus_status talus_view_init(talus_view *out_view);
 /** View a field without a copy: POSITION, RADIUS, VELOCITY, ANGULAR_VELOCITY or MASS. Valid until the next mutating call. [local] */
 TALUS_API talus_status talus_particles_view(talus_engine *engine, int32_t field, talus_view *out_view);
 TALUS_API talus_status talus_engine_generation(const talus_engine *engine, uint64_t *out_generation);
@@ -373,7 +377,7 @@ typedef struct talus_phase {
     double min, mean, max;    /* [s] over ranks, busy time summed over threads */
     int64_t calls;            /* nodes run on this rank */
 } talus_phase;
-/** Busy time of each phase since creation. @param io_count capacity in, phases out [collective] */
+/** Busy time of each phase since creation; writes every field of out_phases, struct_size too. @param io_count capacity in, phases out [collective] */
 TALUS_API talus_status talus_engine_phases(talus_engine *engine, int32_t *io_count, talus_phase *out_phases);
 
 /* ---- files -------------------------------------------------------------------------------------------- */

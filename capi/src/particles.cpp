@@ -141,6 +141,9 @@ talus_status talus_particles_insert(talus_engine* engine, const talus_particles*
     });
 }
 
+talus_status talus_particles_init(talus_particles* out) { return init_struct(out, talus_particles{}); }
+talus_status talus_view_init(talus_view* out) { return init_struct(out, talus_view{}); }
+
 talus_status talus_fill_init(talus_fill* out) {
     talus_fill f{};
     f.first_label = 1;

@@ -44,6 +44,7 @@ talus_status talus_state_init(talus_state* out) { return init_struct(out, talus_
 
 talus_status talus_engine_state(talus_engine* engine, talus_state* out_state) {
     return with_engine(engine, [&](runtime::Engine& e) {
+        require_on_all(e, out_state, "out_state");
         runtime::EngineState& s = e.state();
         talus_state t{};
         t.threads = s.workers.threads();
@@ -83,6 +84,7 @@ talus_status talus_energy_init(talus_energy* out) { return init_struct(out, talu
 
 talus_status talus_engine_energy(talus_engine* engine, talus_energy* out_energy) {
     return with_engine(engine, [&](runtime::Engine& e) {
+        require_on_all(e, out_energy, "out_energy");
         e.prepare();
         const runtime::Observation o = runtime::observe(e.state());
         talus_energy t{};
@@ -158,21 +160,21 @@ talus_status talus_engine_phases(talus_engine* engine, int32_t* io_count, talus_
 
 talus_status talus_checkpoint_save(talus_engine* engine, const char* path) {
     return with_engine(engine, [&](runtime::Engine& e) {
-        require(path, "path");
+        require_on_all(e, path, "path");
         e.save(path);
     });
 }
 
 talus_status talus_snapshot_write(talus_engine* engine, const char* path) {
     return with_engine(engine, [&](runtime::Engine& e) {
-        require(path, "path");
+        require_on_all(e, path, "path");
         e.snapshot(path);
     });
 }
 
 talus_status talus_trace_start(talus_engine* engine, const char* path, int64_t steps) {
     return with_engine(engine, [&](runtime::Engine& e) {
-        require(path, "path");
+        require_on_all(e, path, "path");
         e.start_trace(path, steps);
     });
 }

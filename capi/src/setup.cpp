@@ -90,6 +90,8 @@ talus_status talus_contact_set(talus_engine* engine, int32_t material_a, int32_t
 
 talus_status talus_wall_init(talus_wall* out) { return init_struct(out, blank<talus_wall>()); }
 
+talus_status talus_wall_state_init(talus_wall_state* out) { return init_struct(out, blank<talus_wall_state>()); }
+
 talus_status talus_wall_add(talus_engine* engine, const talus_wall* wall, int32_t* out_id) {
     return with_engine(engine, [&](runtime::Engine& e) {
         const talus_wall c = read_struct(wall, "wall", blank<talus_wall>());
@@ -106,6 +108,7 @@ talus_status talus_wall_get(talus_engine* engine, int32_t wall, talus_wall_state
     return with_engine(engine, [&](runtime::Engine& e) {
         const auto& walls = e.state().model.walls;
         if (wall < 0 || wall >= static_cast<int32_t>(walls.size())) core::fail(core::ErrorKind::argument, "wall {}: there are walls 0 to {}", wall, static_cast<int>(walls.size()) - 1);
+        require_on_all(e, out_state, "out_state");
         const runtime::WallObservation o = runtime::observe_wall(e.state(), wall);
         const core::WallPlane& plane = walls[static_cast<std::size_t>(wall)].plane;
         talus_wall_state s = blank<talus_wall_state>();

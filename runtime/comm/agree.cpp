@@ -1,4 +1,6 @@
 // Collective agreement on errors: no failure leaves one rank waiting for another.
+#include <bit>
+
 #include "runtime/engine_state.hpp"
 
 namespace talus::runtime {
@@ -26,6 +28,22 @@ void agree(Communicator& comm, const std::function<void()>& stage) {
         message = e.what();
     }
     agree_on(comm, severity, message);
+}
+
+void require_same(Communicator& comm, const char* what, std::span<const double> values) {
+    if (comm.size() == 1) return;
+    std::vector<double> v;
+    for (const double x : values) {
+        // Halves of the bits: numbers, whatever the value is, and zero differs from minus zero.
+        const auto bits = std::bit_cast<std::uint64_t>(x);
+        for (const auto half : {static_cast<double>(bits >> 32), static_cast<double>(bits & 0xffffffffu)}) {
+            v.push_back(half);
+            v.push_back(-half);
+        }
+    }
+    comm.max(v);
+    for (std::size_t k = 0; k < v.size(); k += 2)
+        if (v[k] != -v[k + 1]) throw core::Error(core::ErrorKind::argument, fmt::format("{}: the values differ between ranks; every rank must give the same, to the bit", what));
 }
 
 } // namespace talus::runtime

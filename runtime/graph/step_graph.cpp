@@ -40,9 +40,12 @@ struct StepGraph::Nodes {
     }
 };
 
-StepGraph::StepGraph(Workers& workers, const std::vector<core::Tile>& tiles, bool talks, const std::vector<std::vector<int>>& tiles_of_send, StepHooks hooks)
-    : nodes_(std::make_unique<Nodes>(workers, std::move(hooks))) {
+StepGraph::StepGraph(Workers& workers, GraphShape shape, StepHooks hooks) : shape_(std::move(shape)), nodes_(std::make_unique<Nodes>(workers, std::move(hooks))) {
     Nodes& n = *nodes_;
+    const bool talks = shape_.talks;
+    const auto& neighbours = shape_.neighbours;
+    const auto& tiles_of_send = shape_.tiles_of_send;
+    const std::size_t n_tiles = neighbours.size();
     workers.arena().execute([&] {
         n.graph = std::make_unique<flow::graph>();
         n.start = std::make_unique<flow::broadcast_node<flow::continue_msg>>(*n.graph);
@@ -59,25 +62,25 @@ StepGraph::StepGraph(Workers& workers, const std::vector<core::Tile>& tiles, boo
                 },
                 priority);
         };
-        n.forces_done.resize(tiles.size());
-        n.integrated.resize(tiles.size());
+        n.forces_done.resize(n_tiles);
+        n.integrated.resize(n_tiles);
         n.sent.resize(tiles_of_send.size());
         if (talks) {
             n.poll = std::make_unique<flow::function_node<flow::continue_msg>>(*n.graph, flow::unlimited, [&n](flow::continue_msg) { n.poll_once(); });
             n.arrived = std::make_unique<flow::broadcast_node<flow::continue_msg>>(*n.graph);
             flow::make_edge(*n.start, *n.poll);
         }
-        for (std::size_t t = 0; t < tiles.size(); ++t) {
-            const bool waits = talks && !tiles[t].ghost_chunks.empty();
+        for (std::size_t t = 0; t < n_tiles; ++t) {
+            const bool waits = talks && shape_.sees_ghosts[t];
             n.force.push_back(node(Phase::force, static_cast<int>(t), n.hooks.force, {waits ? &n.ghosts_written : &n.fired}, n.forces_done[t]));
             flow::make_edge(waits ? *n.arrived : *n.start, *n.force.back());
         }
-        for (std::size_t t = 0; t < tiles.size(); ++t) {
+        for (std::size_t t = 0; t < n_tiles; ++t) {
             std::vector<Milestone*> before{&n.forces_done[t]};
-            for (const int u : tiles[t].neighbours) before.push_back(&n.forces_done[static_cast<std::size_t>(u)]);
+            for (const int u : neighbours[t]) before.push_back(&n.forces_done[static_cast<std::size_t>(u)]);
             n.integrate.push_back(node(Phase::integrate, static_cast<int>(t), n.hooks.integrate, std::move(before), n.integrated[t]));
             flow::make_edge(*n.force[t], *n.integrate[t]);
-            for (const int u : tiles[t].neighbours) flow::make_edge(*n.force[static_cast<std::size_t>(u)], *n.integrate[t]);
+            for (const int u : neighbours[t]) flow::make_edge(*n.force[static_cast<std::size_t>(u)], *n.integrate[t]);
         }
         for (std::size_t k = 0; k < tiles_of_send.size(); ++k) {
             std::vector<Milestone*> before;

@@ -26,7 +26,6 @@
 #include <memory>
 #include <vector>
 
-#include "core/tile.hpp"
 #include "runtime/graph/workers.hpp"
 
 namespace talus::runtime {
@@ -40,19 +39,28 @@ struct StepHooks {
     std::function<void()> halo_take;    // write ghosts, post the next receives
 };
 
+/// What the nodes and edges follow from. A rebuild that leaves it as it was keeps its graph.
+struct GraphShape {
+    bool talks = false;                          // whether this rank has neighbours at all
+    std::vector<std::vector<int>> neighbours;    // of each tile
+    std::vector<bool> sees_ghosts;               // each tile
+    std::vector<std::vector<int>> tiles_of_send; // the tiles whose grains each neighbour sees
+
+    bool operator==(const GraphShape&) const = default;
+};
+
 class StepGraph {
 public:
-    /// @param tiles         adjacency and ghost chunks are read
-    /// @param talks         whether this rank has neighbours at all
-    /// @param tiles_of_send the tiles whose grains each neighbour sees
-    StepGraph(Workers& workers, const std::vector<core::Tile>& tiles, bool talks, const std::vector<std::vector<int>>& tiles_of_send, StepHooks hooks);
+    StepGraph(Workers& workers, GraphShape shape, StepHooks hooks);
     ~StepGraph();
+    const GraphShape& shape() const { return shape_; }
 
     /// Run every node once. Blocks until all are done.
     void fire();
 
 private:
     struct Nodes;
+    GraphShape shape_;
     std::unique_ptr<Nodes> nodes_;
 };
 

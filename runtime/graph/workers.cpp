@@ -1,6 +1,7 @@
 #include "runtime/graph/workers.hpp"
 
 #include <mutex>
+#include <thread>
 
 #include <fmt/format.h>
 #include <immintrin.h>
@@ -50,14 +51,23 @@ void Workers::note(Phase phase, int item, Clock::time_point from, Clock::time_po
     auto& total = r.totals[static_cast<int>(phase)];
     total.seconds += std::chrono::duration<double>(to - from).count();
     ++total.calls;
-    r.seen = true;
+    r.seen.store(true, std::memory_order_relaxed);
     if (tracing_) r.events.push_back({phase, item, from, to});
 }
 
 int Workers::observed() const {
     int n = 0;
-    for (int k = 0; k < threads_; ++k) n += records_[k].seen ? 1 : 0;
+    for (int k = 0; k < threads_; ++k) n += records_[k].seen.load(std::memory_order_relaxed) ? 1 : 0;
     return n;
+}
+
+void Workers::muster(int bodies) {
+    if (bodies < threads_ || mustered_.load(std::memory_order_relaxed)) return;
+    constexpr auto kPatience = std::chrono::seconds(2);
+    records_[current()].seen.store(true, std::memory_order_relaxed);
+    const auto deadline = Clock::now() + kPatience;
+    while (observed() < threads_ && Clock::now() < deadline) std::this_thread::yield();
+    mustered_.store(true, std::memory_order_relaxed);
 }
 
 Workers::PhaseTotal Workers::total(Phase p) const {

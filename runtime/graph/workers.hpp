@@ -36,6 +36,9 @@ public:
     static int current() { return tbb::this_task_arena::current_thread_index(); }
     /// Distinct workers that ran a timed body so far.
     int observed() const;
+    /// To be called from bodies of an engine's first work: wait, if the bodies are enough for all, until every worker has come. A
+    /// worker that the system wakes late (more threads than processors) would otherwise find each short firing done, and sleep again.
+    void muster(int bodies);
 
     /// Run body(i) for 0 <= i < n on the workers, timed as a phase.
     template <class Body>
@@ -86,7 +89,7 @@ private:
     struct alignas(64) Record {
         std::array<PhaseTotal, kPhases> totals{};
         std::vector<Event> events;
-        bool seen = false;
+        std::atomic<bool> seen{false};
     };
 
     /// Round to nearest, denormals kept: a host may have changed its threads' modes.
@@ -97,6 +100,7 @@ private:
     tbb::task_arena arena_;
     std::vector<Record> records_;
     bool tracing_ = false;
+    std::atomic<bool> mustered_{false};
 };
 
 } // namespace talus::runtime

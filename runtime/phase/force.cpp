@@ -22,7 +22,7 @@ void force_tile(EngineState& s, int t) {
         if (tile.breach.found) {
             const core::CapBreach& b = tile.breach;
             const std::string partner = b.j >= core::kWallLabel ? fmt::format("wall {}", b.j - core::kWallLabel) : fmt::format("grain {}", b.j);
-            core::fail(core::ErrorKind::unstable, "step {}: grain {} and {} push each other with {} N, above the cap of {} N (an overlap of a whole radius): the run is exploding; reduce the time step, or look for grains that started inside each other or inside a wall",
+            core::fail(core::ErrorKind::unstable, "step {}: grain {} and {} push each other with {} N: that force, or its torque over the largest radius, is above the cap of {} N (an overlap of a whole radius): the run is exploding; reduce the time step, or look for grains that started inside each other or inside a wall",
                        s.model.step + 1, b.i, partner, b.force, core::kCapUnits * s.model.units.force.unit);
         }
     } catch (const core::Error& e) {

@@ -123,7 +123,7 @@ TEST(Errors, ranks_that_ask_for_different_numbers_of_steps_are_refused_and_may_g
     const talus_state reference = serial_reference(kGas, 10);
     World world = make_gas(parallel_run());
     int64_t done = -1;
-    if (world.ranks() > 1) expect_everywhere(talus_engine_step(world.handle(), last_rank() ? 6 : 5, &done), TALUS_ERR_ARGUMENT, world.handle(), "n_steps differs between ranks: 5 to 6");
+    if (world.ranks() > 1) expect_everywhere(talus_engine_step(world.handle(), last_rank() ? 6 : 5, &done), TALUS_ERR_ARGUMENT, world.handle(), "n_steps: the values differ between ranks");
     expect_everywhere(talus_engine_step(world.handle(), -1, &done), TALUS_ERR_ARGUMENT, world.handle(), "n_steps = -1");
     EXPECT_EQ(done, 0);
     world.step(10);
@@ -262,6 +262,68 @@ TEST(Errors, a_stop_asked_for_on_one_rank_ends_the_call_after_the_same_step_on_a
     EXPECT_EQ(done, least);
     world.step(49 - done);
     EXPECT_EQ(digest_of(world.state()), digest_of(reference));
+}
+
+TEST(Errors, a_grain_that_outruns_the_lists_within_a_step_stops_the_run_on_all_ranks) {
+    World world = make_gas(parallel_run());
+    ASSERT_EQ(talus_particles_stop(world.handle()), TALUS_OK);
+    world.step(1);
+    // Two grains at rest, half in each other: nothing foresees how far one step will throw them.
+    const int64_t label[2] = {200000, 200001};
+    const double x = 0.0015, radius[2] = {0.6 * kSceneRadius, 0.6 * kSceneRadius};
+    const double position[6] = {x, x, x, x + 1.1 * radius[0], x, x};
+    talus_particles p;
+    talus_particles_init(&p);
+    p.count = world.rank() == 0 ? 2 : 0;
+    p.label = label;
+    p.position = position;
+    p.radius = radius;
+    ASSERT_EQ(talus_particles_insert(world.handle(), &p, 1.0), TALUS_OK) << talus_engine_message(world.handle());
+    double critical = 0.0;
+    ASSERT_EQ(talus_engine_critical_step(world.handle(), &critical), TALUS_OK);
+    ASSERT_EQ(talus_engine_set_time_step(world.handle(), 0.49 * critical), TALUS_OK);
+    int64_t done = -1;
+    expect_everywhere(talus_engine_step(world.handle(), 20, &done), TALUS_ERR_UNSTABLE, world.handle(), "outran the list");
+    EXPECT_LT(done, 5);
+    expect_poisoned(world);
+}
+
+TEST(Errors, a_value_that_only_one_rank_was_given_is_refused_at_the_next_step_on_all) {
+    if (world_size() == 1) GTEST_SKIP() << "one rank agrees with itself";
+    World world = make_gas(parallel_run());
+    world.step(10);
+    const double usual[3] = {0.0, 0.0, 0.0}, other[3] = {0.0, -1.0, 0.0};
+    int64_t done = 77;
+    const auto refused = [&](const char* part) {
+        expect_everywhere(talus_engine_step(world.handle(), 5, &done), TALUS_ERR_ARGUMENT, world.handle(), part);
+        EXPECT_EQ(done, 0);
+    };
+    if (last_rank()) talus_engine_set_gravity(world.handle(), other);
+    refused("settings: the values differ between ranks");
+    // Told the same again, on that rank alone, the run goes on where it was.
+    if (last_rank()) talus_engine_set_gravity(world.handle(), usual);
+    if (last_rank()) talus_group_set(world.handle(), 3, TALUS_GROUP_FROZEN, nullptr, nullptr);
+    refused("groups: the values differ between ranks");
+    if (last_rank()) talus_group_set(world.handle(), 3, TALUS_GROUP_FREE, nullptr, nullptr);
+    talus_contact c;
+    talus_contact_init(&c);
+    c.friction = 0.125 * world.rank();
+    talus_contact_set(world.handle(), 0, 0, &c);
+    refused("contacts: the values differ between ranks");
+}
+
+TEST(Errors, numbers_that_differ_between_ranks_are_refused_by_the_call_itself) {
+    if (world_size() == 1) GTEST_SKIP() << "one rank agrees with itself";
+    const talus_state reference = serial_reference(kGas, 20);
+    World world = make_gas(parallel_run());
+    world.step(10);
+    const double v[3] = {0.01 * world.rank(), 0.0, 0.0};
+    expect_everywhere(talus_particles_add_velocity(world.handle(), v), TALUS_ERR_ARGUMENT, world.handle(), "velocity: the values differ between ranks");
+    int64_t removed = 0;
+    expect_everywhere(talus_particles_remove_above(world.handle(), 1, 0.5 + world.rank(), &removed), TALUS_ERR_ARGUMENT, world.handle(), "differ between ranks");
+    expect_everywhere(talus_particles_colour_layers(world.handle(), last_rank() ? 1 : 0, 0.0, 0.1), TALUS_ERR_ARGUMENT, world.handle(), "differ between ranks");
+    world.step(10);
+    EXPECT_EQ(digest_of(world.state()), digest_of(reference)) << "what was refused must have changed nothing";
 }
 
 } // namespace

@@ -7,6 +7,7 @@
 #include <set>
 #include <thread>
 
+#include "core/tile.hpp"
 #include "runtime/graph/step_graph.hpp"
 #include "runtime/graph/workers.hpp"
 
@@ -25,6 +26,15 @@ std::vector<core::Tile> ring(int n, bool ghosts) {
     return tiles;
 }
 
+GraphShape shape_of(const std::vector<core::Tile>& tiles, bool talks, std::vector<std::vector<int>> tiles_of_send) {
+    GraphShape shape{talks, {}, {}, std::move(tiles_of_send)};
+    for (const core::Tile& t : tiles) {
+        shape.neighbours.push_back(t.neighbours);
+        shape.sees_ghosts.push_back(!t.ghost_chunks.empty());
+    }
+    return shape;
+}
+
 /// Counts firings per node and notes every breach of order.
 struct Watch {
     std::vector<core::Tile> tiles;
@@ -35,6 +45,7 @@ struct Watch {
 
     Watch(std::vector<core::Tile> t, std::vector<std::vector<int>> sends) : tiles(std::move(t)), tiles_of_send(std::move(sends)), force(tiles.size()), integrate(tiles.size()), send(tiles_of_send.size()) {}
     void expect(bool in_order) { breaches += in_order ? 0 : 1; }
+    GraphShape shape(bool talks) const { return shape_of(tiles, talks, tiles_of_send); }
     StepHooks hooks() {
         StepHooks h;
         h.force = [this](int t) {
@@ -70,7 +81,7 @@ TEST(Graph, every_node_runs_once_a_firing_and_after_what_it_waits_for_over_a_tho
             SCOPED_TRACE(std::to_string(threads) + (talks ? " threads, talking" : " threads"));
             Workers workers(threads);
             Watch watch(ring(13, talks), talks ? std::vector<std::vector<int>>{{0, 1, 2}, {7}, {12, 3}} : std::vector<std::vector<int>>{});
-            StepGraph graph(workers, watch.tiles, talks, watch.tiles_of_send, watch.hooks());
+            StepGraph graph(workers, watch.shape(talks), watch.hooks());
             for (watch.firing = 0; watch.firing < 1000; ++watch.firing) {
                 watch.polls = 0;
                 watch.polls_needed = watch.firing % 4; // late messages are asked for again
@@ -85,7 +96,7 @@ TEST(Graph, one_tile_two_tiles_and_no_tile_at_all_are_fired_too) {
     for (const int n : {0, 1, 2}) {
         Workers workers(2);
         Watch watch(n == 0 ? std::vector<core::Tile>{} : ring(n, true), {});
-        StepGraph graph(workers, watch.tiles, true, watch.tiles_of_send, watch.hooks());
+        StepGraph graph(workers, watch.shape(true), watch.hooks());
         for (watch.firing = 0; watch.firing < 100; ++watch.firing) graph.fire();
         watch.expect_all_fired(100, true);
     }
@@ -111,7 +122,7 @@ TEST(Graph, tiles_without_ghosts_work_while_the_halo_is_awaited_and_the_poll_let
         // The message comes only after all inner tiles are done: if they waited for it, this would never end.
         h.halo_arrived = [&] { return inner == 4; };
         h.halo_take = [&] { arrived = true; };
-        StepGraph graph(workers, tiles, true, {}, h);
+        StepGraph graph(workers, shape_of(tiles, true, {}), h);
         for (int k = 0; k < 200; ++k) {
             inner = 0;
             outer = 0;

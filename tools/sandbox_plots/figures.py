@@ -125,10 +125,14 @@ def draw_bands(ax, shear_map, least):
             continue
         low, high = y[on_sand].min(), y[on_sand].max() + grid.h
         tip = max(high, top / MM - 0.5 * Frame.headroom * shear_map.thickness)
+        # The line ends where it leaves the frame.
+        above = np.linspace(high, tip, 50)
+        framed = above[(MM * band.x_at(above) >= left) & (MM * band.x_at(above) <= right)]
+        tip = framed[-1] if len(framed) else high
         ax.plot(MM * band.x_at(np.array([low, high])), MM * np.array([low, high]), "--", color="white", lw=0.9, zorder=3)
         ax.plot(MM * band.x_at(np.array([high, tip])), MM * np.array([high, tip]), color=BAND[side], lw=1.2, zorder=3)
         # Written away from the other band, unless the frame ends there.
-        x = MM * band.x_at(tip)
+        x = min(max(MM * band.x_at(tip), left), right)
         to_left = x - left > 0.2 * (right - left) if side == RIGHT else right - x < 0.2 * (right - left)
         ax.annotate(f"{'fore' if side == RIGHT else 'back'} thrust, {band.dip:.0f}°, {band.contrast:.1f} × background", (x, MM * tip),
                     xytext=(-4 if to_left else 4, 0), textcoords="offset points", ha="right" if to_left else "left",
