@@ -11,6 +11,14 @@
 #include "core/force_kernel.hpp"
 #include "core/law/choose.hpp"
 
+// Laws, transposes and history rows must be inlined into the loops: as calls they pass vectors through memory, at half the speed.
+// Where nobody looks at speed (sanitizers, builds that are not optimised), compiling that takes minutes for nothing.
+#if defined(NDEBUG) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+#define TALUS_FLATTEN [[gnu::flatten]]
+#else
+#define TALUS_FLATTEN
+#endif
+
 namespace talus::core::kernel {
 
 /// Positions of the set bits of every byte, for compaction.
@@ -179,7 +187,7 @@ inline double lane(V v, int l) {
 }
 
 template <class V, class Law, bool kLedger>
-[[gnu::flatten]] void pair_forces(const ForceContext& context, const TileForces& tile, HeatSum& heat, CapBreach& breach) {
+TALUS_FLATTEN void pair_forces(const ForceContext& context, const TileForces& tile, HeatSum& heat, CapBreach& breach) {
     constexpr int W = kLanes<V>;
     constexpr bool kInertia = Law::kHistoryDoubles > 4;
     // What the loop reads of the context and the tile, as locals: stores of sums cannot alias them.
@@ -281,7 +289,7 @@ template <class V, class Law, bool kLedger>
 }
 
 template <class V, class Law, bool kLedger>
-[[gnu::flatten]] void wall_forces(const ForceContext& context, const WallPlane& wall, int wall_id, const TileForces& tile,
+TALUS_FLATTEN void wall_forces(const ForceContext& context, const WallPlane& wall, int wall_id, const TileForces& tile,
                  WallSum& sum, HeatSum& heat, CapBreach& breach) {
     constexpr int W = kLanes<V>;
     constexpr bool kInertia = Law::kHistoryDoubles > 4;

@@ -44,7 +44,7 @@ struct Digest {
             Label i, j;
             double row[8];
         } item{i, j, {0, 0, 0, 0, 0, 0, 0, 0}};
-        std::memcpy(item.row, row, static_cast<std::size_t>(quads) * sizeof(Quad));
+        if (quads > 0) std::memcpy(item.row, row, static_cast<std::size_t>(quads) * sizeof(Quad));
         add(&item, sizeof item);
     }
 };

@@ -47,7 +47,7 @@ public:
     std::int64_t remove_above(int axis, double level);
     void mark_reference();
 
-    /// @param done  steps finished, written on failure too  @return true when a requested stop ended the call early
+    /// @param done  steps finished, written on failure too  @return true when a stop was requested, even if all steps were done
     bool step(std::int64_t n_steps, std::int64_t& done);
     /// [local, any thread, signal handlers]
     void request_stop() { stop_requested_.store(true, std::memory_order_relaxed); }

@@ -145,7 +145,7 @@ bool Engine::step(std::int64_t n_steps, std::int64_t& done) {
         if (end.failed || verdict.failed) agree_on(*s.comm, s.errors.severity(), s.errors.message());
         const bool stopped = stop || end.stop;
         if (stopped) stop_requested_.store(false, std::memory_order_relaxed);
-        return stopped && done < n_steps;
+        return stopped; // with the last step too: the request is used up, and nobody else would hear of it
     } catch (...) {
         poisoned_ = true;
         throw;

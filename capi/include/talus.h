@@ -280,7 +280,8 @@ TALUS_API talus_status talus_particles_mark_reference(talus_engine *engine);
  *          groups or other settings differ between ranks) | UNSTABLE, LOST, COMM, INTERNAL, and IO from a trace that could
  *          not be written: the engine is poisoned, only messages, observation of counts and destroy still work */
 TALUS_API talus_status talus_engine_step(talus_engine *engine, int64_t n_steps, int64_t *out_done);
-/** Ask the running or the next step call to return after its current step, on every rank. One atomic store. [local] */
+/** Ask the running or the next step call to return TALUS_STOPPED after its current step, on every rank (also if that was its
+ *  last one). One atomic store. [local] */
 TALUS_API void talus_engine_request_stop(talus_engine *engine);
 
 /* ---- observing ---------------------------------------------------------------------------------------- */

@@ -326,5 +326,16 @@ TEST(Errors, numbers_that_differ_between_ranks_are_refused_by_the_call_itself) {
     EXPECT_EQ(digest_of(world.state()), digest_of(reference)) << "what was refused must have changed nothing";
 }
 
+TEST(Errors, a_stop_asked_for_in_the_last_step_of_a_call_is_told_by_that_call) {
+    World world = make_gas(parallel_run());
+    world.step(1);
+    if (last_rank()) talus_engine_request_stop(world.handle());
+    int64_t done = -1;
+    expect_everywhere(talus_engine_step(world.handle(), 1, &done), TALUS_STOPPED, world.handle(), "");
+    EXPECT_EQ(done, 1);
+    expect_everywhere(talus_engine_step(world.handle(), 3, &done), TALUS_OK, world.handle(), "");
+    EXPECT_EQ(done, 3);
+}
+
 } // namespace
 } // namespace talus::test

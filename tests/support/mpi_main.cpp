@@ -8,6 +8,10 @@
 #include <cstdio>
 #include <thread>
 
+#if defined(__SANITIZE_ADDRESS__)
+#include <sanitizer/lsan_interface.h>
+#endif
+
 namespace {
 
 constexpr std::chrono::seconds kPatience{60};
@@ -74,6 +78,10 @@ int main(int argc, char** argv) {
     listeners.Append(new AgreeOnFailures(rank, failed));
     const int result = RUN_ALL_TESTS();
     const int n = count_failed(result != 0 || failed, "main");
+#if defined(__SANITIZE_ADDRESS__)
+    // Leaks are looked for while MPI's modules are loaded: at exit they are gone, and what they keep has no name any more.
+    __lsan_do_leak_check();
+#endif
     MPI_Finalize();
     return n > 0 ? 1 : 0;
 }
