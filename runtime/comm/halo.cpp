@@ -260,15 +260,15 @@ void Halo::send(int k, const Subdomain& sub) {
 }
 
 void Halo::start_receives() {
-    if (receives_.empty()) return;
     const std::lock_guard lock(requests_->guard);
+    if (receives_.empty()) return;
     check_mpi(MPI_Startall(static_cast<int>(requests_->receives.size()), requests_->receives.data()), "MPI_Startall");
     receiving_ = true;
 }
 
 bool Halo::arrived() {
+    const std::lock_guard lock(requests_->guard); // polls come from any worker
     if (!receiving_) return true;
-    const std::lock_guard lock(requests_->guard);
     int done = 0;
     check_mpi(MPI_Testall(static_cast<int>(requests_->receives.size()), requests_->receives.data(), &done, MPI_STATUSES_IGNORE), "MPI_Testall");
     receiving_ = !done;

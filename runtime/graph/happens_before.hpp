@@ -14,6 +14,11 @@
 #if defined(TALUS_TSAN)
 extern "C" void __tsan_acquire(void* address);
 extern "C" void __tsan_release(void* address);
+/// For the body that TBB calls: it reads what it captured before it can tell what it comes after. It must do nothing else than
+/// call a function that begins with Milestone::after().
+#define TALUS_TASK_BODY __attribute__((no_sanitize_thread))
+#else
+#define TALUS_TASK_BODY
 #endif
 
 namespace talus::runtime {

@@ -26,9 +26,28 @@ struct StepGraph::Nodes {
     Milestone fired, ghosts_written;
     std::vector<Milestone> forces_done, integrated, sent;
 
+    /// What a compute node does. `before` are the milestones of its predecessors: one for every edge.
+    struct Task {
+        Nodes& nodes;
+        Phase phase;
+        int item;
+        std::function<void(int)>& body;
+        std::vector<Milestone*> before;
+        Milestone& mine;
+        Milestone made;
+
+        void run() {
+            made.after();
+            for (Milestone* m : before) m->after();
+            nodes.workers.timed(phase, item, [&] { body(item); });
+            mine.done();
+        }
+    };
+    std::vector<std::unique_ptr<Task>> tasks;
+
     void poll_once() {
+        fired.after();
         if (hooks.halo_arrived()) {
-            fired.after();
             workers.timed(Phase::halo_exchange, 0, [&] { hooks.halo_take(); });
             ghosts_written.done();
             arrived->try_put(flow::continue_msg{});
@@ -51,22 +70,16 @@ StepGraph::StepGraph(Workers& workers, GraphShape shape, StepHooks hooks) : shap
         n.start = std::make_unique<flow::broadcast_node<flow::continue_msg>>(*n.graph);
         // Priorities cost a little in the scheduler; without messages there is nothing to go before.
         const flow::node_priority_t priority = talks ? 1 : flow::no_priority;
-        // `before` are the milestones of the node's predecessors: one for every edge made below.
         const auto node = [&](Phase phase, int item, std::function<void(int)>& body, std::vector<Milestone*> before, Milestone& mine) {
-            return std::make_unique<Nodes::Node>(
-                *n.graph,
-                [&n, phase, item, &body, before = std::move(before), &mine](flow::continue_msg) {
-                    for (Milestone* m : before) m->after();
-                    n.workers.timed(phase, item, [&] { body(item); });
-                    mine.done();
-                },
-                priority);
+            Nodes::Task* task = n.tasks.emplace_back(new Nodes::Task{n, phase, item, body, std::move(before), mine, {}}).get();
+            task->made.done();
+            return std::make_unique<Nodes::Node>(*n.graph, [task](flow::continue_msg) TALUS_TASK_BODY { task->run(); }, priority);
         };
         n.forces_done.resize(n_tiles);
         n.integrated.resize(n_tiles);
         n.sent.resize(tiles_of_send.size());
         if (talks) {
-            n.poll = std::make_unique<flow::function_node<flow::continue_msg>>(*n.graph, flow::unlimited, [&n](flow::continue_msg) { n.poll_once(); });
+            n.poll = std::make_unique<flow::function_node<flow::continue_msg>>(*n.graph, flow::unlimited, [&n](flow::continue_msg) TALUS_TASK_BODY { n.poll_once(); });
             n.arrived = std::make_unique<flow::broadcast_node<flow::continue_msg>>(*n.graph);
             flow::make_edge(*n.start, *n.poll);
         }

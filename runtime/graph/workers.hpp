@@ -43,19 +43,10 @@ public:
     /// Run body(i) for 0 <= i < n on the workers, timed as a phase.
     template <class Body>
     void for_each(Phase phase, int n, Body body) {
-        Milestone begin, end;
-        begin.done();
-        arena_.execute([&] {
-            tbb::parallel_for(
-                0, n,
-                [&](int i) {
-                    begin.after();
-                    timed(phase, i, [&] { body(i); });
-                    end.done();
-                },
-                tbb::simple_partitioner{});
-        });
-        end.after();
+        Loop<Body> loop{*this, phase, body, {}, {}};
+        loop.begin.done();
+        arena_.execute([&] { tbb::parallel_for(0, n, [&loop](int i) TALUS_TASK_BODY { loop.run(i); }, tbb::simple_partitioner{}); });
+        loop.end.after();
     }
     /// Run and time a body on the calling worker. `item` shows in the trace.
     template <class Body>
@@ -81,6 +72,19 @@ public:
     using Clock = std::chrono::steady_clock;
 
 private:
+    template <class Body>
+    struct Loop {
+        Workers& workers;
+        Phase phase;
+        Body& body;
+        Milestone begin, end;
+
+        void run(int i) {
+            begin.after();
+            workers.timed(phase, i, [&] { body(i); });
+            end.done();
+        }
+    };
     struct Event {
         Phase phase;
         int item;
