@@ -36,7 +36,6 @@ void integrate_tile(const IntegrateContext& c, Particle* particles, Reference* r
     // A factor of zero in the fourth lane leaves radius and mass unchanged to the bit.
     const V4 gravity_kick = three(c.gravity, 0.0) * splat<V4>(half);
     const V4 drift{c.dt, c.dt, c.dt, 0.0}, foresight = drift * splat<V4>(kForeseenSteps);
-    const V4 period = three(c.periods.length, 0.0), inverse_period = three(c.periods.inverse, 0.0);
     const double inf = std::numeric_limits<double>::infinity();
     V4 wrap_lo = splat<V4>(-inf), wrap_hi = splat<V4>(inf);
     for (int a = 0; a < 3; ++a) {
@@ -73,12 +72,18 @@ void integrate_tile(const IntegrateContext& c, Particle* particles, Reference* r
 
         const V4 position = fma(velocity, drift, load(p.position));
         store(p.position, position);
-        if ((bits_of((position >= wrap_hi) | (position < wrap_lo)) & kSpatial) != 0) [[unlikely]]
+        if ((bits_of((position >= wrap_hi) | (position < wrap_lo)) & kSpatial) != 0) [[unlikely]] {
+            const Vec3d before = make_vec3(p.position);
             wrap(c.domain, p.position, references[tile.first + k]);
+            // Where the grain was listed moves along: a bed that slides as a whole may pass half a period before the next rebuild.
+            const Vec3d shift = make_vec3(p.position) - before;
+            p.listed_position[0] += shift.x;
+            p.listed_position[1] += shift.y;
+            p.listed_position[2] += shift.z;
+        }
         sum = ForceSum{};
 
-        V4 moved = load(p.position) - load(p.listed_position);
-        moved = fnma(period, nearest(moved * inverse_period), moved);
+        const V4 moved = load(p.position) - load(p.listed_position);
         const V4 foreseen = fma(velocity, foresight, moved);
         lo = smaller(moved, lo);
         hi = larger(moved, hi);
