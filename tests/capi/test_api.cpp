@@ -129,8 +129,10 @@ TEST(Api, a_requested_stop_is_honoured_once_between_steps_and_leaves_the_engine_
     undisturbed.step(53);
     EXPECT_EQ(digest(world), digest(undisturbed));
 
-    std::thread other([&] { talus_engine_request_stop(world.handle()); });
-    const talus_status status = talus_engine_step(world.handle(), 1000000, &done);
+    // From another thread, which may come late: a scene that can go on for long.
+    World lasting = make_shear(HowToRun{});
+    std::thread other([&] { talus_engine_request_stop(lasting.handle()); });
+    const talus_status status = talus_engine_step(lasting.handle(), 1000000, &done);
     other.join();
     EXPECT_EQ(status, TALUS_STOPPED);
 }
