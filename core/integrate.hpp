@@ -13,7 +13,6 @@ namespace talus::core {
 
 struct IntegrateContext {
     Domain domain;
-    Periods periods{Domain{}};
     FixedUnits units;
     GroupTable groups;
     double gravity[3] = {0, 0, 0}; // m/s^2

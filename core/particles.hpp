@@ -19,7 +19,7 @@ struct alignas(64) Particle {
     double mass;                // kg
     double angular_velocity[3]; // rad/s
     std::uint64_t meta;         // material, group, colour: see below
-    double listed_position[3];  // m, where the grain was when the candidate pairs were built
+    double listed_position[3];  // m, where the grain was when the candidate pairs were built, shifted along with its periodic wraps
     Label label;
 };
 static_assert(sizeof(Particle) == 128);

@@ -235,7 +235,6 @@ void refresh_contexts(EngineState& s) {
     f.n_materials = static_cast<int>(s.model.materials.size());
     core::IntegrateContext& i = s.integrate;
     i.domain = set.domain;
-    i.periods = f.periods;
     i.units = s.model.units;
     i.groups = s.model.groups;
     for (int a = 0; a < 3; ++a) i.gravity[a] = set.gravity[a];

@@ -4,26 +4,12 @@
 #include <cstring>
 #include <functional>
 
-#include "../support/scenes.hpp"
+#include "../support/small_world.hpp"
 
 namespace talus::test {
 namespace {
 
-/// A box with two layers of grains on a floor, ready to step.
-World small_world(const HowToRun& run = {}) {
-    talus_settings s = scene_settings({-0.001, -0.001, -0.001}, {0.013, 0.02, 0.013}, run);
-    World world(s, run.comm);
-    const int32_t sand = world.material(kSceneSand);
-    world.contact(sand, sand, 0.5, 0.5, 0.1);
-    world.wall(sand, {0, 0, 0}, {0, 1, 0}, {0.2, 0, 0});
-    world.insert(lattice(6, 2, 6, {0, 0, 0}, 0.02, 0.05), 0.1);
-    return world;
-}
 std::string message(World& w) { return talus_engine_message(w.handle()); }
-std::array<uint64_t, 2> digest(World& w) {
-    const talus_state s = w.state();
-    return {s.digest_hi, s.digest_lo};
-}
 
 /// Every function that takes an engine, called with it and with otherwise good arguments.
 std::vector<std::pair<const char*, std::function<talus_status(talus_engine*)>>> all_calls() {

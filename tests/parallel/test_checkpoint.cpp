@@ -34,14 +34,6 @@ private:
     std::string path_;
 };
 
-HowToRun parallel_run() {
-    HowToRun run;
-    run.comm = world_handle();
-    run.threads = 2;
-    run.rebalance = TALUS_REBALANCE_EVERY;
-    return run;
-}
-
 World load(const std::string& path, const HowToRun& run) {
     talus_settings s;
     talus_settings_init(&s);

@@ -17,14 +17,6 @@ void expect_everywhere(talus_status status, talus_status expected, const talus_e
     EXPECT_EQ(std::to_string(status) + " " + message, text) << "rank 0 says otherwise";
 }
 
-HowToRun parallel_run() {
-    HowToRun run;
-    run.comm = world_handle();
-    run.threads = 2;
-    run.rebalance = TALUS_REBALANCE_EVERY;
-    return run;
-}
-
 bool last_rank() { return world_rank_of_me() == world_size() - 1; }
 
 /// A poisoned engine refuses to go on, still tells its counts, and a new one in the same process works.

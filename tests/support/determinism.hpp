@@ -30,6 +30,15 @@ inline int world_rank_of_me() {
     return n;
 }
 
+/// On all ranks and two threads, with cuts that move at every rebuild.
+inline HowToRun parallel_run() {
+    HowToRun run;
+    run.comm = world_handle();
+    run.threads = 2;
+    run.rebalance = TALUS_REBALANCE_EVERY;
+    return run;
+}
+
 /// The state at the end of a serial run with one thread, by rank 0, known to all.
 inline talus_state serial_reference(const Scene& scene, int64_t steps) {
     talus_state state;

@@ -43,7 +43,6 @@ struct Bench {
         }
         tile.count = static_cast<std::uint32_t>(n);
     }
-    void refresh() { c.periods = Periods(c.domain); }
     void run(bool finish, bool begin) {
         c.finish = finish;
         c.begin = begin;
@@ -109,7 +108,6 @@ TEST(Integrate, finish_and_begin_in_one_pass_have_the_bits_of_two_passes) {
 TEST(Integrate, a_grain_that_crosses_a_periodic_face_is_wrapped_together_with_its_reference) {
     Bench b(2);
     b.c.domain.periodic[0] = b.c.domain.periodic[1] = true;
-    b.refresh();
     b.tile.sums.assign(2, ForceSum{});
     for (int k = 0; k < 2; ++k) b.particles[k].meta = make_meta(0, 0, 0);
     b.particles[0].position[0] = b.particles[0].listed_position[0] = 9.995;
@@ -129,7 +127,6 @@ TEST(Integrate, a_grain_that_crosses_a_periodic_face_is_wrapped_together_with_it
 TEST(Integrate, grains_that_slide_together_over_periods_do_not_move_relative_to_each_other) {
     Bench b(2);
     b.c.domain.periodic[0] = true;
-    b.refresh();
     b.tile.sums.assign(2, ForceSum{});
     for (int k = 0; k < 2; ++k) {
         b.particles[k].meta = make_meta(0, 0, 0);
