@@ -73,7 +73,7 @@ inline std::vector<HowToRun> covering_runs() {
         run.threads = t + 1;
         run.skin = kSkins[(r + t) % 2];
         run.rebalance = kRebalance[(r + t) % 3];
-        run.tile_grains = 40 + 90 * ((r + 2 * t) % 3);
+        run.tile_grains = 8 + 16 * ((r + 2 * t) % 3); // few, so that a sixth of a scene still has a tile for every thread
         runs.push_back(run);
     }
     return runs;
