@@ -92,7 +92,7 @@ void compress_border(const CandidateSource& s, Tile& tile, CandidateScratch& scr
     auto& new_id = scratch.new_id;
     new_id.assign(scratch.shell.size(), kUnused);
     for (const CandidatePair& p : tile.pairs.pairs)
-        if (p.b() >= tile.count) new_id[p.b() - tile.count] = 0;
+        if (p.partner() >= tile.count) new_id[p.partner() - tile.count] = 0;
     tile.index_of.resize(tile.count);
     for (std::uint32_t k = 0; k < tile.count; ++k) tile.index_of[k] = tile.first + k;
     tile.n_border = 0;
@@ -109,8 +109,10 @@ void compress_border(const CandidateSource& s, Tile& tile, CandidateScratch& scr
     }
     std::sort(tile.ghost_chunks.begin(), tile.ghost_chunks.end());
     tile.ghost_chunks.erase(std::unique(tile.ghost_chunks.begin(), tile.ghost_chunks.end()), tile.ghost_chunks.end());
-    for (CandidatePair& p : tile.pairs.pairs)
-        if (p.b() >= tile.count) p.b_flip = new_id[p.b() - tile.count] | (p.b_flip & CandidatePair::kFlip);
+    for (CandidatePair& p : tile.pairs.pairs) {
+        TileLocal& partner = p.i > p.j ? p.i : p.j;
+        if (partner >= tile.count) partner = new_id[partner - tile.count];
+    }
 }
 
 void list_walls(const CandidateSource& s, int history_quads, Tile& tile) {
@@ -164,7 +166,7 @@ void build_candidates(const CandidateSource& s, int history_quads, Tile& tile, C
                                      dz = a.position[2] - (b.position[2] + sz);
                         const double near = reach + b.radius;
                         if (dx * dx + dy * dy + dz * dz < near * near)
-                            pairs.push_back({a_id, b_id | (b.label < a.label ? CandidatePair::kFlip : 0u)});
+                            pairs.push_back(a.label < b.label ? CandidatePair{a_id, b_id} : CandidatePair{b_id, a_id});
                     };
                     for (std::uint32_t j = i + 1; j < home.last; ++j) consider(particles[j], j - tile.first, 0.0, 0.0, 0.0);
                     for (int o = kHome + 1; o < 27; ++o) {

@@ -61,11 +61,11 @@ void inherit_histories(const ContactStore& store, const std::vector<std::uint32_
     };
     for (std::uint32_t k = 0; k < tile.pairs.count; ++k) {
         const CandidatePair p = tile.pairs.pairs[k];
-        take(tile.pairs, k, tile.index_of[p.a], particles[tile.index_of[p.b()]].label);
+        take(tile.pairs, k, tile.index_of[p.own()], particles[tile.index_of[p.partner()]].label);
     }
     for (std::size_t w = 0; w < tile.walls.size(); ++w)
         for (std::uint32_t k = 0; k < tile.walls[w].count; ++k)
-            take(tile.walls[w], k, tile.index_of[tile.walls[w].pairs[k].a], kWallLabel + static_cast<Label>(w));
+            take(tile.walls[w], k, tile.index_of[tile.walls[w].pairs[k].i], kWallLabel + static_cast<Label>(w));
 }
 
 } // namespace talus::core

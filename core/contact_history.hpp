@@ -82,11 +82,11 @@ void ContactLayout::each_touching(const Tile& tile, Visit visit) const {
     const auto list = [&](const ContactListData& data, Label wall) {
         for (std::uint32_t k = 0; k < data.count; ++k) {
             if (!data.touches(k)) continue;
-            const LocalIndex a = tile.index_of[data.pairs[k].a];
+            const LocalIndex a = tile.index_of[data.pairs[k].own()];
             if (wall >= 0)
                 visit(a, n_owned_, wall, data, k);
             else
-                visit(a, tile.index_of[data.pairs[k].b()], Label{-1}, data, k);
+                visit(a, tile.index_of[data.pairs[k].partner()], Label{-1}, data, k);
         }
     };
     list(tile.pairs, -1);

@@ -8,7 +8,7 @@
 
 namespace talus::core {
 
-/// Records of W grains, transposed.
+/// W grains, transposed.
 template <class V>
 struct GrainLanes {
     Vec3<V> position;
@@ -18,24 +18,9 @@ struct GrainLanes {
     Vec3<V> angular_velocity;
 };
 
-/// @param records  kLanes<V> pointers, 32-byte aligned
-template <class V>
-inline GrainLanes<V> load_grains(const Particle* const* records) {
-    const double* rows[kLanes<V>];
-    V q[4];
-    GrainLanes<V> g;
-    for (int l = 0; l < kLanes<V>; ++l) rows[l] = records[l]->position;
-    load_columns(rows, q);
-    g.position = {q[0], q[1], q[2]};
-    g.radius = q[3];
-    for (int l = 0; l < kLanes<V>; ++l) rows[l] = records[l]->velocity;
-    load_columns(rows, q);
-    g.velocity = {q[0], q[1], q[2]};
-    g.mass = q[3];
-    for (int l = 0; l < kLanes<V>; ++l) rows[l] = records[l]->angular_velocity;
-    load_columns(rows, q);
-    g.angular_velocity = {q[0], q[1], q[2]};
-    return g;
+/// Lanes of one record.
+inline GrainLanes<double> load_grain(const Particle& p) {
+    return {make_vec3(p.position), p.radius, make_vec3(p.velocity), p.mass, make_vec3(p.angular_velocity)};
 }
 
 template <class V>
@@ -63,32 +48,49 @@ inline Mask<V> touches(const Periods& periods, const Vec3<V>& xi, V ri, const Ve
     return dot(d, d) < reach * reach;
 }
 
-/// Grain i on grain j; `own_radius` tells the rolling convention, kInertia whether the rolling spring needs Ir.
+// The geometry of grain i on grain j in four parts, each after those before it.
+
+template <class V>
+inline void set_overlap(const Periods& periods, const Vec3<V>& xi, V ri, const Vec3<V>& xj, V rj, ContactGeometry<V>& g) {
+    const Vec3<V> d = minimum_image(periods, xi - xj);
+    const V distance = square_root(dot(d, d));
+    g.normal = d * (splat<V>(1.0) / larger(distance, splat<V>(kTiny)));
+    g.overlap = larger(ri + rj - distance, splat<V>(0.0));
+}
+template <class V>
+inline void set_approach(const Vec3<V>& vi, const Vec3<V>& vj, ContactGeometry<V>& g) {
+    const Vec3<V> vr = vi - vj;
+    g.parting_speed = dot(vr, g.normal);
+    g.slip_velocity = fnma(g.normal, g.parting_speed, vr); // of the centres; set_spin completes it
+}
+template <class V>
+inline void set_spin(const Vec3<V>& wi, V ri, const Vec3<V>& wj, V rj, ContactGeometry<V>& g) {
+    g.slip_velocity = g.slip_velocity - cross(fma(wi, ri, wj * rj), g.normal);
+    const Vec3<V> wr = wi - wj;
+    g.rolling_rate = fnma(g.normal, dot(wr, g.normal), wr);
+}
+/// @param own_radius  the rolling convention; kInertia: whether the rolling spring needs Ir
+template <bool kInertia, class V>
+inline void set_scales(V ri, V mi, V rj, V mj, bool own_radius, ContactGeometry<V>& g) {
+    const V reach = ri + rj, mass_sum = mi + mj;
+    // One division serves both effective quantities.
+    const V inverse = splat<V>(1.0) / (reach * mass_sum);
+    g.radius_eff = ri * rj * (mass_sum * inverse);
+    g.mass_eff = mi * mj * (reach * inverse);
+    g.rolling_radius_i = own_radius ? ri : g.radius_eff;
+    g.rolling_radius_j = own_radius ? rj : g.radius_eff;
+    if constexpr (kInertia) {
+        const V a = mi * (ri * ri), b = mj * (rj * rj);
+        g.rolling_inertia = splat<V>(kRollingInertia) * (a * b / (a + b));
+    }
+}
 template <bool kInertia, class V>
 inline ContactGeometry<V> pair_geometry(const Periods& periods, const GrainLanes<V>& i, const GrainLanes<V>& j, bool own_radius) {
     ContactGeometry<V> g;
-    const Vec3<V> d = minimum_image(periods, i.position - j.position);
-    const V distance = square_root(dot(d, d));
-    const V one = splat<V>(1.0);
-    g.normal = d * (one / larger(distance, splat<V>(kTiny)));
-    const V reach = i.radius + j.radius, mass_sum = i.mass + j.mass;
-    g.overlap = larger(reach - distance, splat<V>(0.0));
-    // One division serves both effective quantities.
-    const V inverse = one / (reach * mass_sum);
-    g.radius_eff = i.radius * j.radius * (mass_sum * inverse);
-    g.mass_eff = i.mass * j.mass * (reach * inverse);
-    const Vec3<V> vr = i.velocity - j.velocity;
-    g.parting_speed = dot(vr, g.normal);
-    const Vec3<V> spin = fma(i.angular_velocity, i.radius, j.angular_velocity * j.radius);
-    g.slip_velocity = fnma(g.normal, g.parting_speed, vr) - cross(spin, g.normal);
-    const Vec3<V> wr = i.angular_velocity - j.angular_velocity;
-    g.rolling_rate = fnma(g.normal, dot(wr, g.normal), wr);
-    g.rolling_radius_i = own_radius ? i.radius : g.radius_eff;
-    g.rolling_radius_j = own_radius ? j.radius : g.radius_eff;
-    if constexpr (kInertia) {
-        const V a = i.mass * (i.radius * i.radius), b = j.mass * (j.radius * j.radius);
-        g.rolling_inertia = splat<V>(kRollingInertia) * (a * b / (a + b));
-    }
+    set_overlap(periods, i.position, i.radius, j.position, j.radius, g);
+    set_approach(i.velocity, j.velocity, g);
+    set_spin(i.angular_velocity, i.radius, j.angular_velocity, j.radius, g);
+    set_scales<kInertia>(i.radius, i.mass, j.radius, j.mass, own_radius, g);
     return g;
 }
 

@@ -9,7 +9,9 @@ namespace {
 
 template <class Law>
 ContactView look(const ForceContext& context, const ContactGeometry<double>& g, const ContactParameters<double>& p, const double* row) {
-    ContactHistory<double> history{};
+    ContactState<double> x{};
+    x.geometry = g;
+    ContactHistory<double>& history = x.history;
     if constexpr (Law::kHistoryDoubles > 0) history.tangential = {{row[0], row[1], row[2]}, row[3]};
     if constexpr (Law::kHistoryDoubles > 4) history.rolling = {row[4], row[5], row[6]};
     ContactView v;
@@ -22,18 +24,17 @@ ContactView look(const ForceContext& context, const ContactGeometry<double>& g, 
     v.elastic_rolling = stored.rolling;
     const double floor = context.laws.damping == Damping::clipped ? 0.0 : -HUGE_VAL;
     const StepConstants<double> constants{0.0, floor, context.laws.rolling_rate};
-    v.force = Law::evaluate(g, p, constants, history, static_cast<Dissipation<double>*>(nullptr)).force;
+    Law::evaluate(x, p, constants);
+    v.force = x.force.force;
     return v;
 }
 
 struct MakeProbes {
     template <class Law>
-    static ContactView pair(const ForceContext& c, const TileForces& tile, std::uint32_t k) {
-        const CandidatePair pair = tile.contacts.pairs[k];
-        const LocalIndex a = tile.index_of[pair.a], b = tile.index_of[pair.b()];
-        const LocalIndex i = pair.flipped() ? b : a, j = pair.flipped() ? a : b;
+    static ContactView pair(const ForceContext& c, const TileContacts& tile, std::uint32_t k) {
+        const LocalIndex i = tile.index_of[tile.contacts.pairs[k].i], j = tile.index_of[tile.contacts.pairs[k].j];
         const Particle *pi = &tile.particles[i], *pj = &tile.particles[j];
-        const auto gi = load_grains<double>(&pi), gj = load_grains<double>(&pj);
+        const auto gi = load_grain(*pi), gj = load_grain(*pj);
         const auto g = pair_geometry<(Law::kHistoryDoubles > 4)>(c.periods, gi, gj, c.laws.rolling_radius == RollingRadius::own);
         const auto p = splat_parameters<double>(c.pairs[material_of(*pi)][material_of(*pj)]);
         ContactView v = look<Law>(c, g, p, tile.contacts.history + static_cast<std::size_t>(k) * Law::kHistoryDoubles);
@@ -46,10 +47,10 @@ struct MakeProbes {
         return v;
     }
     template <class Law>
-    static ContactView wall(const ForceContext& c, const WallPlane& w, int id, const TileForces& tile, std::uint32_t k) {
-        const LocalIndex i = tile.index_of[tile.contacts.pairs[k].a];
+    static ContactView wall(const ForceContext& c, const WallPlane& w, int id, const TileContacts& tile, std::uint32_t k) {
+        const LocalIndex i = tile.index_of[tile.contacts.pairs[k].i];
         const Particle* pi = &tile.particles[i];
-        const auto gi = load_grains<double>(&pi);
+        const auto gi = load_grain(*pi);
         const auto g = wall_geometry<(Law::kHistoryDoubles > 4)>(w.point, w.normal, w.velocity, gi);
         const auto p = splat_parameters<double>(c.pairs[material_of(*pi)][w.material]);
         ContactView v = look<Law>(c, g, p, tile.contacts.history + static_cast<std::size_t>(k) * Law::kHistoryDoubles);

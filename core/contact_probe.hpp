@@ -19,8 +19,8 @@ struct ContactView {
 };
 
 /// A touching pair of a tile (list position k), or a touching wall contact.
-using PairProbe = ContactView (*)(const ForceContext&, const TileForces&, std::uint32_t k);
-using WallProbe = ContactView (*)(const ForceContext&, const WallPlane&, int wall, const TileForces&, std::uint32_t k);
+using PairProbe = ContactView (*)(const ForceContext&, const TileContacts&, std::uint32_t k);
+using WallProbe = ContactView (*)(const ForceContext&, const WallPlane&, int wall, const TileContacts&, std::uint32_t k);
 
 struct ProbeSet {
     PairProbe pair;

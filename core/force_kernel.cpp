@@ -2,6 +2,23 @@
 
 namespace talus::core {
 
+void TileGrains::gather(const Particle* particles, const std::vector<LocalIndex>& index_of) {
+    const std::size_t n = index_of.size();
+    if (centre.size() < n) {
+        centre.resize(n);
+        motion.resize(n);
+        spin.resize(n);
+    }
+    material = n > 0 ? material_of(particles[index_of[0]]) : 0;
+    for (std::size_t k = 0; k < n; ++k) {
+        const Particle& p = particles[index_of[k]];
+        store_row(centre[k].v, load_row(p.position));
+        store_row(motion[k].v, load_row(p.velocity));
+        store_row(spin[k].v, load_row(p.angular_velocity));
+        if (material_of(p) != material) material = -1;
+    }
+}
+
 KernelSet select_scalar(const Laws& laws, bool ledger);
 KernelSet select_avx2(const Laws& laws, bool ledger);
 

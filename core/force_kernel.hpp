@@ -6,7 +6,9 @@
 // Threads  none here: a call writes only the rows of its tile (sums, history, touching bits).
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
+#include <vector>
 
 #include "core/domain.hpp"
 #include "core/fixed_sum.hpp"
@@ -15,14 +17,24 @@
 
 namespace talus::core {
 
-/// A candidate pair as two tile-local ids. The top bit of `b` tells that b has the smaller label.
+/// A candidate pair as two tile-local ids; i has the smaller label. Own grains of a tile have smaller ids than border grains, so
+/// that one of the two is always the tile's.
 struct CandidatePair {
-    TileLocal a;
-    TileLocal b_flip;
+    TileLocal i, j;
 
-    static constexpr TileLocal kFlip = 0x80000000u;
-    TileLocal b() const { return b_flip & ~kFlip; }
-    bool flipped() const { return (b_flip & kFlip) != 0; }
+    TileLocal own() const { return std::min(i, j); }
+    TileLocal partner() const { return std::max(i, j); }
+};
+
+/// What contacts read of a tile's grains, by tile-local id, copied together before the forces: the records of a tile lie in runs
+/// all over the rank's, and reading each where it stands, pair by pair, waits for memory at every one.
+struct TileGrains {
+    std::vector<Quad> centre; // position [m], radius [m]
+    std::vector<Quad> motion; // velocity [m/s], mass [kg]
+    std::vector<Quad> spin;   // angular velocity [rad/s], meta
+    int material = 0;         // of all of them, or -1 for several
+
+    void gather(const Particle* particles, const std::vector<LocalIndex>& index_of);
 };
 
 /// A plane as the kernel sees it.
@@ -43,23 +55,26 @@ struct ForceContext {
     PairParameters pairs[kMaxMaterials][kMaxMaterials];
 };
 
-/// How far ahead of its use a kernel asks for what a pair will need, in pairs.
-inline constexpr std::uint32_t kFetchAhead = 24;
-
 /// One tile's share of a list: candidates, one touching bit each, and history rows.
 struct ContactList {
-    const CandidatePair* pairs = nullptr; // padded to a multiple of 8 and by kFetchAhead
+    const CandidatePair* pairs = nullptr; // padded to a multiple of 8
     std::uint8_t* touching = nullptr;     // one bit a pair: touched at the last evaluation; rows of others are void
     double* history = nullptr;            // history_doubles(laws) a pair, 32-byte aligned
     std::uint32_t count = 0;
 };
 
-struct TileForces {
-    const Particle* particles = nullptr;        // of the rank: owned, then ghosts
+/// A list of a tile, and whom its ids mean.
+struct TileContacts {
+    const Particle* particles = nullptr;  // of the rank: owned, then ghosts
     LocalIndex n_owned = 0;
-    const LocalIndex* index_of = nullptr;       // tile-local id -> particle
-    ForceSum* sums = nullptr;                   // one a tile-local id
+    const LocalIndex* index_of = nullptr; // tile-local id -> particle
     ContactList contacts;
+};
+
+/// What a kernel works on.
+struct TileForces : TileContacts {
+    const TileGrains* grains = nullptr; // gathered by the same ids
+    ForceSum* sums = nullptr;           // one a tile-local id
 };
 
 /// What walls got from one tile, or in all.

@@ -4,13 +4,10 @@
 
 namespace talus::core {
 
-void collect_border(std::vector<Tile>& tiles, Tile& tile) {
+void collect_border(const std::vector<Tile>& tiles, Tile& tile) {
     for (const IncomingSums& in : tile.incoming) {
-        Tile& from = tiles[in.from_tile];
-        for (TileLocal id = in.first; id < in.first + in.count; ++id) {
-            tile.sums[from.index_of[id] - tile.first] += from.sums[id];
-            from.sums[id] = ForceSum{};
-        }
+        const Tile& from = tiles[in.from_tile];
+        for (TileLocal id = in.first; id < in.first + in.count; ++id) tile.sums[from.index_of[id] - tile.first] += from.sums[id];
     }
 }
 
@@ -48,7 +45,7 @@ void integrate_tile(const IntegrateContext& c, Particle* particles, Reference* r
 
     for (std::uint32_t k = 0; k < tile.count; ++k) {
         Particle& p = particles[tile.first + k];
-        ForceSum& sum = tile.sums[k];
+        const ForceSum& sum = tile.sums[k];
         const GroupMotion& motion = c.groups[group_of(p)];
         V4 velocity = load(p.velocity);
         V4 turning = three(p.angular_velocity, 0.0);
@@ -81,7 +78,6 @@ void integrate_tile(const IntegrateContext& c, Particle* particles, Reference* r
             p.listed_position[1] += shift.y;
             p.listed_position[2] += shift.z;
         }
-        sum = ForceSum{};
 
         const V4 moved = load(p.position) - load(p.listed_position);
         const V4 foreseen = fma(velocity, foresight, moved);

@@ -18,14 +18,14 @@ struct IntegrateContext {
     double gravity[3] = {0, 0, 0}; // m/s^2
     double dt = 0.0;               // s
     bool finish = false;           // second half kick of a step
-    bool begin = false;            // first half kick, drift and wrap of the next; clears the sums
+    bool begin = false;            // first half kick, drift and wrap of the next
 };
 
 /// Steps by which a decision to rebuild may come late; displacements are foreseen over this many.
 inline constexpr double kForeseenSteps = 3.0;
 
-/// Add the border rows that other tiles hold for this one, and clear them.
-void collect_border(std::vector<Tile>& tiles, Tile& tile);
+/// Add the border rows that other tiles hold for this one.
+void collect_border(const std::vector<Tile>& tiles, Tile& tile);
 
 /// Integrate a tile's own grains; with `begin`, note their displacements and whether they are finite.
 void integrate_tile(const IntegrateContext& c, Particle* particles, Reference* references, Tile& tile);

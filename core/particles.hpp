@@ -24,6 +24,11 @@ struct alignas(64) Particle {
 };
 static_assert(sizeof(Particle) == 128);
 
+/// Four doubles, aligned for whole vector loads.
+struct alignas(32) Quad {
+    double v[4];
+};
+
 inline int material_of(const Particle& p) { return static_cast<int>(p.meta & 0xff); }
 inline int group_of(const Particle& p) { return static_cast<int>(p.meta >> 8 & 0xff); }
 inline int colour_of(const Particle& p) { return static_cast<int>(p.meta >> 16 & 0xff); }

@@ -87,39 +87,42 @@ inline I4 to_integer(V4 a) {
     return (I4)(a + magic) - (I4)magic;
 }
 
-/// Load four consecutive doubles of each of W rows and return the four columns.
+/// Load four consecutive doubles of each of W rows, 16-byte aligned, and return the four columns.
 inline void load_columns(const double* const* rows, double (&out)[4]) {
     for (int c = 0; c < 4; ++c) out[c] = rows[0][c];
 }
-inline void transpose(__m256d r0, __m256d r1, __m256d r2, __m256d r3, __m256d (&out)[4]) {
-    const __m256d t0 = _mm256_unpacklo_pd(r0, r1), t1 = _mm256_unpackhi_pd(r0, r1);
-    const __m256d t2 = _mm256_unpacklo_pd(r2, r3), t3 = _mm256_unpackhi_pd(r2, r3);
-    out[0] = _mm256_permute2f128_pd(t0, t2, 0x20);
-    out[1] = _mm256_permute2f128_pd(t1, t3, 0x20);
-    out[2] = _mm256_permute2f128_pd(t0, t2, 0x31);
-    out[3] = _mm256_permute2f128_pd(t1, t3, 0x31);
-}
 inline void load_columns(const double* const* rows, V4 (&out)[4]) {
-    __m256d c[4];
-    transpose(_mm256_load_pd(rows[0]), _mm256_load_pd(rows[1]), _mm256_load_pd(rows[2]), _mm256_load_pd(rows[3]), c);
-    for (int k = 0; k < 4; ++k) out[k] = (V4)c[k];
+    // Halves of rows are put together by the loads, which leaves four shuffles of eight.
+    const auto halves = [&](int a, int b, int from) { return _mm256_insertf128_pd(_mm256_castpd128_pd256(_mm_load_pd(rows[a] + from)), _mm_load_pd(rows[b] + from), 1); };
+    for (int from = 0; from < 4; from += 2) {
+        const __m256d even = halves(0, 2, from), odd = halves(1, 3, from);
+        out[from] = (V4)_mm256_unpacklo_pd(even, odd);
+        out[from + 1] = (V4)_mm256_unpackhi_pd(even, odd);
+    }
 }
-/// The inverse: four columns to W rows of four.
-inline void to_rows(const double (&columns)[4], double (&rows)[1][4]) {
-    for (int c = 0; c < 4; ++c) rows[0][c] = columns[c];
+/// The inverse: four columns to W rows of four, as doubles or as integers.
+inline void to_rows(const double (&columns)[4], V4 (&rows)[1]) { rows[0] = V4{columns[0], columns[1], columns[2], columns[3]}; }
+inline void to_rows(const std::int64_t (&columns)[4], I4 (&rows)[1]) { rows[0] = I4{columns[0], columns[1], columns[2], columns[3]}; }
+template <class Lanes4>
+inline void to_rows(const Lanes4 (&columns)[4], Lanes4 (&rows)[4]) {
+    const __m256d c0 = (__m256d)columns[0], c1 = (__m256d)columns[1], c2 = (__m256d)columns[2], c3 = (__m256d)columns[3];
+    const __m256d t0 = _mm256_unpacklo_pd(c0, c1), t1 = _mm256_unpackhi_pd(c0, c1);
+    const __m256d t2 = _mm256_unpacklo_pd(c2, c3), t3 = _mm256_unpackhi_pd(c2, c3);
+    rows[0] = (Lanes4)_mm256_permute2f128_pd(t0, t2, 0x20);
+    rows[1] = (Lanes4)_mm256_permute2f128_pd(t1, t3, 0x20);
+    rows[2] = (Lanes4)_mm256_permute2f128_pd(t0, t2, 0x31);
+    rows[3] = (Lanes4)_mm256_permute2f128_pd(t1, t3, 0x31);
 }
-inline void to_rows(const V4 (&columns)[4], double (&rows)[4][4]) {
-    __m256d r[4];
-    transpose((__m256d)columns[0], (__m256d)columns[1], (__m256d)columns[2], (__m256d)columns[3], r);
-    for (int k = 0; k < 4; ++k) _mm256_store_pd(rows[k], r[k]);
+inline V4 load_row(const double* p) { return (V4)_mm256_load_pd(p); }
+inline void store_row(double* p, V4 v) { _mm256_store_pd(p, (__m256d)v); }
+/// sum[0..3] += row
+inline void add_row(std::int64_t* sum, I4 row) {
+    auto* p = reinterpret_cast<__m256i*>(sum);
+    _mm256_store_si256(p, _mm256_add_epi64(_mm256_load_si256(p), (__m256i)row));
 }
-inline void to_rows(const std::int64_t (&columns)[4], std::int64_t (&rows)[1][4]) {
-    for (int c = 0; c < 4; ++c) rows[0][c] = columns[c];
-}
-inline void to_rows(const I4 (&columns)[4], std::int64_t (&rows)[4][4]) {
-    __m256d r[4];
-    transpose((__m256d)columns[0], (__m256d)columns[1], (__m256d)columns[2], (__m256d)columns[3], r);
-    for (int k = 0; k < 4; ++k) _mm256_store_pd(reinterpret_cast<double*>(rows[k]), r[k]);
+inline void subtract_row(std::int64_t* sum, I4 row) {
+    auto* p = reinterpret_cast<__m256i*>(sum);
+    _mm256_store_si256(p, _mm256_sub_epi64(_mm256_load_si256(p), (__m256i)row));
 }
 
 } // namespace talus::core

@@ -14,11 +14,6 @@
 
 namespace talus::core {
 
-/// Four doubles, aligned for whole vector loads.
-struct alignas(32) Quad {
-    double v[4];
-};
-
 /// Owner of what a ContactList points to.
 struct ContactListData {
     std::vector<CandidatePair> pairs; // padded as ContactList asks
@@ -34,7 +29,7 @@ struct ContactListData {
     void prepare(int history_quads) {
         count = static_cast<std::uint32_t>(pairs.size());
         const std::size_t whole = (pairs.size() + 7) / 8;
-        pairs.resize(whole * 8 + kFetchAhead, CandidatePair{0, 0});
+        pairs.resize(whole * 8, CandidatePair{0, 0});
         touching.assign(whole, 0);
         history.resize(static_cast<std::size_t>(count) * history_quads);
     }

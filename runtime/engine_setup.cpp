@@ -246,7 +246,7 @@ void Engine::check_overlaps(double max_overlap) {
         for (const core::Tile& tile : s.sub.tiles) {
             for (std::uint32_t k = 0; k < tile.pairs.count; ++k) {
                 const core::CandidatePair pair = tile.pairs.pairs[k];
-                const Particle &a = s.sub.particles[tile.index_of[pair.a]], &b = s.sub.particles[tile.index_of[pair.b()]];
+                const Particle &a = s.sub.particles[tile.index_of[pair.i]], &b = s.sub.particles[tile.index_of[pair.j]];
                 const core::Vec3d d = core::minimum_image(periods, core::make_vec3(a.position) - core::make_vec3(b.position));
                 const double overlap = a.radius + b.radius - std::sqrt(core::dot(d, d)), least = std::min(a.radius, b.radius);
                 if ((core::is_new(a) || core::is_new(b)) && overlap > max_overlap * least)
@@ -254,7 +254,7 @@ void Engine::check_overlaps(double max_overlap) {
             }
             for (std::size_t w = 0; w < tile.walls.size(); ++w)
                 for (std::uint32_t k = 0; k < tile.walls[w].count; ++k) {
-                    const Particle& p = s.sub.particles[tile.index_of[tile.walls[w].pairs[k].a]];
+                    const Particle& p = s.sub.particles[tile.index_of[tile.walls[w].pairs[k].i]];
                     const core::WallPlane& plane = s.model.walls[w].plane;
                     const double overlap = p.radius - core::dot(core::make_vec3(p.position) - plane.point, plane.normal);
                     if (core::is_new(p) && overlap > max_overlap * p.radius)

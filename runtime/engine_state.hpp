@@ -55,7 +55,7 @@ struct Counters {
 struct EngineState {
     EngineState(const Settings& settings, std::unique_ptr<Communicator> communicator)
         : comm(std::move(communicator)), halo(*comm), workers(settings.threads),
-          candidate_scratch(static_cast<std::size_t>(settings.threads)) {
+          candidate_scratch(static_cast<std::size_t>(settings.threads)), tile_grains(static_cast<std::size_t>(settings.threads)) {
         model.settings = settings;
     }
 
@@ -76,7 +76,9 @@ struct EngineState {
     bool halo_under_way = false; // a message a neighbour is on its way to this rank
     std::unique_ptr<StepGraph> graph;
 
+    // One a worker.
     std::vector<core::CandidateScratch> candidate_scratch;
+    std::vector<core::TileGrains> tile_grains;
 
     bool parallel() const { return comm->size() > 1; }
 };

@@ -160,8 +160,6 @@ void Engine::first_forces() {
     s.with_forces = true;
     s.integrate.finish = false;
     s.integrate.begin = false;
-    // Sums of an earlier evaluation must not be added to.
-    for (core::Tile& t : s.sub.tiles) std::fill(t.sums.begin(), t.sums.end(), core::ForceSum{});
     s.graph->fire();
     collect_walls(false);
     try {

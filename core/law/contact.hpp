@@ -29,49 +29,70 @@ struct ContactForce {
     Vec3<V> tangential;  // N, its part across the line of centres
     Vec3<V> moment_i;    // N m, rolling resistance; the friction's torques are -R n x tangential on both
     Vec3<V> moment_j;
-    Mask<V> sliding;
+};
+
+/// What a law knows of a contact, from its geometry and history to its force.
+template <class V>
+struct ContactState {
+    ContactGeometry<V> geometry;
+    ContactHistory<V> history; // in and out
+    ContactHistory<V> before;  // as it came; set by the first stage of a law with a ledger
+    NormalForce<V> normal;
+    TangentialForce<V> held;
+    Vec3<V> carried, carried_moment;
+    ContactForce<V> force;
+    Dissipation<V> heat;
 };
 
 template <class Normal, class Tangential, class Rolling>
 struct ContactLaw {
     static constexpr int kHistoryDoubles = Rolling::kHasHistory ? 8 : (Tangential::kHasHistory ? 4 : 0);
+    static constexpr bool kNeedsInertia = Rolling::kHasHistory;
 
-    /// The force of a contact, and its history one step on. `heat`, where not NULL, gets the energy dissipated.
-    template <class V>
-    static ContactForce<V> evaluate(const ContactGeometry<V>& g, const ContactParameters<V>& p, const StepConstants<V>& c,
-                                    ContactHistory<V>& history, Dissipation<V>* heat) {
+    /// The law as stages: apply(stage) is called for each in order, and stage(x, p) takes a ContactState and the parameters of
+    /// its pair. A stage is short enough for a processor to work on several contacts at once when it runs over a batch of them;
+    /// as one piece the law is a single long chain of square roots and divisions. Geometry and history must be set.
+    template <class V, bool kLedger, class Apply>
+    static void stages(const StepConstants<V>& c, Apply apply) {
+        using State = ContactState<V>;
+        using Parameters = ContactParameters<V>;
         const V zero = splat<V>(0.0);
         const Vec3<V> none{zero, zero, zero};
-        const NormalForce<V> n = Normal::evaluate(g, p, c.damping_floor);
-        ContactForce<V> out{g.normal * n.total, none, none, none, zero > zero};
-        if (heat) *heat = {zero, (n.elastic - n.total) * g.parting_speed * c.dt, zero};
-
-        if constexpr (Tangential::kHasHistory) {
-            const TangentialRow<V> before = history.tangential;
-            const auto t = Tangential::evaluate(g, n, p.friction, c.dt, history.tangential);
-            out.tangential = t.force;
-            out.force = out.force + t.force;
-            out.sliding = t.sliding;
-            if (heat) account_tangential(g, n, p, c, before, t, *heat);
-        }
-        if constexpr (Rolling::kHasHistory) {
-            const Vec3<V> before = history.rolling;
-            const auto m = Rolling::evaluate(g, n, p, c.dt, history.rolling);
-            out.moment_i = m.on_i;
-            out.moment_j = m.on_j;
-            if (heat) {
-                const V stiffness = rolling_stiffness(g, n, p);
-                const V stored = (dot(history.rolling, history.rolling) - dot(before, before)) * splat<V>(0.5) / larger(stiffness, splat<V>(kTiny));
-                heat->rolling = -dot(m.on_i, g.rolling_rate) * c.dt - select(stiffness > zero, stored, zero);
+        apply([&](State& x, const Parameters& p) {
+            if constexpr (kLedger) x.before = x.history;
+            x.normal = Normal::evaluate(x.geometry, p, c.damping_floor);
+            if constexpr (!Tangential::kHasHistory) {
+                x.force.tangential = none;
+                x.force.force = x.geometry.normal * x.normal.total;
             }
-        } else if constexpr (std::is_same_v<Rolling, ConstantRolling>) {
-            const auto m = Rolling::evaluate(g, n, p, c.rolling_rate, c.dt);
-            out.moment_i = m.on_i;
-            out.moment_j = m.on_j;
-            // With own radii the two moments differ; the relative rotation sees their mean.
-            if (heat) heat->rolling = -(dot(m.on_i, g.rolling_rate) - dot(m.on_j, g.rolling_rate)) * splat<V>(0.5) * c.dt;
+            if constexpr (std::is_same_v<Rolling, NoRolling>) x.force.moment_i = x.force.moment_j = none;
+        });
+        if constexpr (Tangential::kHasHistory) {
+            apply([&](State& x, const Parameters&) { x.carried = Tangential::carry(x.geometry, x.normal, c.dt, x.history.tangential); });
+            apply([&](State& x, const Parameters& p) {
+                const auto t = Tangential::hold(x.geometry, x.normal, p.friction, x.carried, x.history.tangential);
+                x.force.tangential = t.force;
+                x.force.force = x.geometry.normal * x.normal.total + t.force;
+                if constexpr (kLedger) x.held = t;
+            });
         }
-        return out;
+        const auto set_moments = [](State& x, const Moments<V>& m) {
+            x.force.moment_i = m.on_i;
+            x.force.moment_j = m.on_j;
+        };
+        if constexpr (Rolling::kHasHistory) {
+            apply([&](State& x, const Parameters& p) { x.carried_moment = Rolling::carry(x.geometry, x.normal, p, c.dt, x.history.rolling); });
+            apply([&](State& x, const Parameters& p) { set_moments(x, Rolling::hold(x.geometry, x.normal, p, x.carried_moment, x.history.rolling)); });
+        } else if constexpr (std::is_same_v<Rolling, ConstantRolling>) {
+            apply([&](State& x, const Parameters& p) { set_moments(x, Rolling::evaluate(x.geometry, x.normal, p, c.rolling_rate, c.dt)); });
+        }
+        if constexpr (kLedger) apply([&](State& x, const Parameters& p) { account(x, p, c); });
+    }
+
+    /// The force of a contact whose geometry and history are set, and its history one step on.
+    template <class V>
+    static void evaluate(ContactState<V>& x, const ContactParameters<V>& p, const StepConstants<V>& c) {
+        stages<V, false>(c, [&](auto stage) { stage(x, p); });
     }
 
     /// Energy stored in a contact [J]: normal, tangential and rolling springs.
@@ -86,7 +107,7 @@ struct ContactLaw {
             if (n.stiffness_t > 0.0) s.tangential = 0.5 * dot(spring, spring) / n.stiffness_t;
         }
         if constexpr (Rolling::kHasHistory) {
-            const double k = rolling_stiffness(g, n, p);
+            const double k = Rolling::stiffness(g, n, p);
             if (k > 0.0) s.rolling = 0.5 * dot(h.rolling, h.rolling) / k;
         }
         return s;
@@ -106,10 +127,22 @@ struct ContactLaw {
     }
 
 private:
+    /// Energy dissipated in the step.
     template <class V>
-    static V rolling_stiffness(const ContactGeometry<V>& g, const NormalForce<V>& n, const ContactParameters<V>& p) {
-        const V lever = p.rolling_friction * g.radius_eff;
-        return splat<V>(kRollingStiffness) * n.secant * (lever * lever);
+    static void account(ContactState<V>& x, const ContactParameters<V>& p, const StepConstants<V>& c) {
+        const V zero = splat<V>(0.0), half = splat<V>(0.5);
+        const ContactGeometry<V>& g = x.geometry;
+        const NormalForce<V>& n = x.normal;
+        x.heat = {zero, (n.elastic - n.total) * g.parting_speed * c.dt, zero};
+        if constexpr (Tangential::kHasHistory) account_tangential(g, n, p, c, x.before.tangential, x.held, x.heat);
+        if constexpr (Rolling::kHasHistory) {
+            const V stiffness = Rolling::stiffness(g, n, p);
+            const V stored = (dot(x.history.rolling, x.history.rolling) - dot(x.before.rolling, x.before.rolling)) * half / larger(stiffness, splat<V>(kTiny));
+            x.heat.rolling = -dot(x.force.moment_i, g.rolling_rate) * c.dt - select(stiffness > zero, stored, zero);
+        } else if constexpr (std::is_same_v<Rolling, ConstantRolling>) {
+            // With own radii the two moments differ; the relative rotation sees their mean.
+            x.heat.rolling = -(dot(x.force.moment_i, g.rolling_rate) - dot(x.force.moment_j, g.rolling_rate)) * half * c.dt;
+        }
     }
 
     /// Heat = work against the slip - growth of the stored energy; the dashpot's share is damping, the rest friction.

@@ -39,22 +39,28 @@ struct ConstantRolling {
     }
 };
 
+/// In two stages, as the tangential laws: carry() the spring's moment, hold() it under the cap.
 struct SpringRolling {
     static constexpr bool kHasHistory = true;
 
-    /// @param moment  history in and out
     template <class V>
-    static Moments<V> evaluate(const ContactGeometry<V>& g, const NormalForce<V>& n, const ContactParameters<V>& p, V dt, Vec3<V>& moment) {
+    static V stiffness(const ContactGeometry<V>& g, const NormalForce<V>& n, const ContactParameters<V>& p) {
         const V lever = p.rolling_friction * g.radius_eff;
-        const V stiffness = splat<V>(kRollingStiffness) * n.secant * (lever * lever);
-        const V cap = lever * larger(n.total, splat<V>(0.0));
+        return splat<V>(kRollingStiffness) * n.secant * (lever * lever);
+    }
+    template <class V>
+    static Vec3<V> carry(const ContactGeometry<V>& g, const NormalForce<V>& n, const ContactParameters<V>& p, V dt, const Vec3<V>& moment) {
+        return fnma(g.rolling_rate, stiffness(g, n, p) * dt, turn_into_plane(moment, g.normal, splat<V>(1.0), splat<V>(1.0)));
+    }
+    /// @param moment  what stays in the row
+    template <class V>
+    static Moments<V> hold(const ContactGeometry<V>& g, const NormalForce<V>& n, const ContactParameters<V>& p, const Vec3<V>& spring, Vec3<V>& moment) {
+        const V cap = p.rolling_friction * g.radius_eff * larger(n.total, splat<V>(0.0));
         const V zero = splat<V>(0.0);
-        Vec3<V> spring = turn_into_plane(moment, g.normal, splat<V>(1.0), splat<V>(1.0));
-        spring = fnma(g.rolling_rate, stiffness * dt, spring);
         const V square = dot(spring, spring);
         const auto mobilised = square > cap * cap;
         const V factor = select(mobilised, cap / square_root(larger(square, splat<V>(kTiny))), splat<V>(1.0));
-        const V damping = select(mobilised | (cap <= zero), zero, splat<V>(2.0) * p.rolling_damping * square_root(g.rolling_inertia * stiffness));
+        const V damping = select(mobilised | (cap <= zero), zero, splat<V>(2.0) * p.rolling_damping * square_root(g.rolling_inertia * stiffness(g, n, p)));
         moment = spring * factor;
         const Vec3<V> on_i = fnma(g.rolling_rate, damping, moment);
         return {on_i, -on_i};

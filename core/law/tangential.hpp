@@ -47,13 +47,16 @@ inline TangentialForce<V> cap_at_friction(const Vec3<V>& spring, const Vec3<V>& 
     return r;
 }
 
+// A law with memory works in two stages. carry(): the spring of the last step in the present tangent plane, moved on by this
+// step's slip. hold(): the force under the cap, and what stays in the row.
+
 /// Force history; kRescale: Fs shrinks with the contact radius, so that unloading gives back no more than was stored.
 template <bool kRescale>
 struct ForceHistory {
     static constexpr bool kHasHistory = true;
 
     template <class V>
-    static TangentialForce<V> evaluate(const ContactGeometry<V>& g, const NormalForce<V>& n, V friction, V dt, TangentialRow<V>& row) {
+    static Vec3<V> carry(const ContactGeometry<V>& g, const NormalForce<V>& n, V dt, const TangentialRow<V>& row) {
         Vec3<V> spring;
         if constexpr (kRescale) {
             const V last = magnitude(row.last), least = smaller(n.contact_radius, last);
@@ -61,8 +64,11 @@ struct ForceHistory {
         } else {
             spring = turn_into_plane(row.vector, g.normal, splat<V>(1.0), splat<V>(1.0));
         }
-        spring = fnma(g.slip_velocity, n.stiffness_t * dt, spring);
-        auto r = cap_at_friction(spring, g.slip_velocity, n.damping_t, friction * magnitude(n.total));
+        return fnma(g.slip_velocity, n.stiffness_t * dt, spring);
+    }
+    template <class V>
+    static TangentialForce<V> hold(const ContactGeometry<V>& g, const NormalForce<V>& n, V friction, const Vec3<V>& spring, TangentialRow<V>& row) {
+        const auto r = cap_at_friction(spring, g.slip_velocity, n.damping_t, friction * magnitude(n.total));
         row.vector = r.spring;
         row.last = select(r.sliding, -n.contact_radius, n.contact_radius);
         return r;
@@ -71,13 +77,16 @@ struct ForceHistory {
     static Vec3d spring_force(const TangentialRow<double>& row, double /*stiffness*/) { return row.vector; }
 };
 
+/// What is carried is the displacement xi [m].
 struct DisplacementHistory {
     static constexpr bool kHasHistory = true;
 
     template <class V>
-    static TangentialForce<V> evaluate(const ContactGeometry<V>& g, const NormalForce<V>& n, V friction, V dt, TangentialRow<V>& row) {
-        Vec3<V> xi = turn_into_plane(row.vector, g.normal, splat<V>(1.0), splat<V>(1.0));
-        xi = fma(g.slip_velocity, dt, xi);
+    static Vec3<V> carry(const ContactGeometry<V>& g, const NormalForce<V>& /*n*/, V dt, const TangentialRow<V>& row) {
+        return fma(g.slip_velocity, dt, turn_into_plane(row.vector, g.normal, splat<V>(1.0), splat<V>(1.0)));
+    }
+    template <class V>
+    static TangentialForce<V> hold(const ContactGeometry<V>& g, const NormalForce<V>& n, V friction, const Vec3<V>& xi, TangentialRow<V>& row) {
         const V k = n.stiffness_t;
         const V cap = friction * magnitude(n.total);
         const auto r = cap_at_friction(xi * -k, g.slip_velocity, n.damping_t, cap);

@@ -9,9 +9,10 @@ void force_tile(EngineState& s, int t) {
     if (!s.with_forces || s.errors.severity() != 0) return;
     try {
         Tile& tile = s.sub.tiles[t];
-        core::TileForces work{s.sub.particles.data(), s.sub.n_owned, tile.index_of.data(), tile.sums.data(), tile.pairs.view()};
-        // Rows of ghosts are collected by no one.
-        for (std::size_t id = tile.count + tile.n_border; id < tile.sums.size(); ++id) tile.sums[id] = core::ForceSum{};
+        core::TileGrains& grains = s.tile_grains[Workers::current()];
+        grains.gather(s.sub.particles.data(), tile.index_of);
+        core::TileForces work{{s.sub.particles.data(), s.sub.n_owned, tile.index_of.data(), tile.pairs.view()}, &grains, tile.sums.data()};
+        std::fill(tile.sums.begin(), tile.sums.end(), core::ForceSum{});
         tile.breach = core::CapBreach{};
         s.kernels.pair(s.force, work, tile.heat, tile.breach);
         for (std::size_t w = 0; w < tile.walls.size(); ++w) {

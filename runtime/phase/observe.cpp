@@ -39,11 +39,11 @@ struct Sums {
 template <class Visit>
 void each_contact(const EngineState& s, const core::ForceContext& context, Tile& tile, Visit visit) {
     const core::ProbeSet probes = core::select_probes(context.laws);
-    core::TileForces work{s.sub.particles.data(), s.sub.n_owned, tile.index_of.data(), tile.sums.data(), tile.pairs.view()};
+    core::TileContacts work{s.sub.particles.data(), s.sub.n_owned, tile.index_of.data(), tile.pairs.view()};
     for (std::uint32_t k = 0; k < tile.pairs.count; ++k) {
         if (!tile.pairs.touches(k)) continue;
         const core::CandidatePair p = tile.pairs.pairs[k];
-        if (tile.index_of[p.flipped() ? p.b() : p.a] >= s.sub.n_owned) continue;
+        if (tile.index_of[p.i] >= s.sub.n_owned) continue;
         visit(probes.pair(context, work, k), tile.pairs, k);
     }
     for (std::size_t w = 0; w < tile.walls.size(); ++w) {
@@ -153,13 +153,13 @@ core::Digest digest(EngineState& s) {
         for (std::uint32_t k = 0; k < tile.pairs.count; ++k) {
             if (!tile.pairs.touches(k)) continue;
             const core::CandidatePair p = tile.pairs.pairs[k];
-            const core::LocalIndex i = tile.index_of[p.flipped() ? p.b() : p.a], j = tile.index_of[p.flipped() ? p.a : p.b()];
+            const core::LocalIndex i = tile.index_of[p.i], j = tile.index_of[p.j];
             if (i < s.sub.n_owned) d.add_contact(s.sub.particles[i].label, s.sub.particles[j].label, tile.pairs.history.data() + static_cast<std::size_t>(k) * quads, quads);
         }
         for (std::size_t w = 0; w < tile.walls.size(); ++w)
             for (std::uint32_t k = 0; k < tile.walls[w].count; ++k)
                 if (tile.walls[w].touches(k))
-                    d.add_contact(s.sub.particles[tile.index_of[tile.walls[w].pairs[k].a]].label, core::kWallLabel + static_cast<core::Label>(w), tile.walls[w].history.data() + static_cast<std::size_t>(k) * quads, quads);
+                    d.add_contact(s.sub.particles[tile.index_of[tile.walls[w].pairs[k].i]].label, core::kWallLabel + static_cast<core::Label>(w), tile.walls[w].history.data() + static_cast<std::size_t>(k) * quads, quads);
     });
     core::Digest sum;
     for (const core::Digest& d : parts) {

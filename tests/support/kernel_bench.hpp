@@ -43,6 +43,7 @@ struct KernelBench {
     core::ForceContext context;
     std::vector<core::Particle> particles;
     core::Tile tile;
+    core::TileGrains grains;
     std::vector<core::WallPlane> walls;
     core::HeatSum heat;
     core::CapBreach breach;
@@ -100,17 +101,20 @@ struct KernelBench {
         }
     }
     void list(int a, int b) {
-        tile.pairs.pairs.push_back({static_cast<core::TileLocal>(a), static_cast<core::TileLocal>(b) | (particles[b].label < particles[a].label ? core::CandidatePair::kFlip : 0u)});
+        tile.pairs.pairs.push_back({static_cast<core::TileLocal>(a), static_cast<core::TileLocal>(b)});
+        core::CandidatePair& pair = tile.pairs.pairs.back();
+        if (particles[b].label < particles[a].label) std::swap(pair.i, pair.j);
     }
     void clear_sums() {
         std::fill(tile.sums.begin(), tile.sums.end(), core::ForceSum{});
         std::fill(tile.wall_sums.begin(), tile.wall_sums.end(), core::WallSum{});
     }
     core::TileForces work(core::ContactListData& list) {
-        return {particles.data(), static_cast<core::LocalIndex>(particles.size()), tile.index_of.data(), tile.sums.data(), list.view()};
+        return {{particles.data(), static_cast<core::LocalIndex>(particles.size()), tile.index_of.data(), list.view()}, &grains, tile.sums.data()};
     }
     void evaluate(core::KernelWidth width, bool with_walls = true) {
         const core::KernelSet kernels = core::select_kernels(context.laws, context.ledger, width);
+        grains.gather(particles.data(), tile.index_of);
         kernels.pair(context, work(tile.pairs), heat, breach);
         for (std::size_t w = 0; with_walls && w < walls.size(); ++w) kernels.wall(context, walls[w], static_cast<int>(w), work(tile.walls[w]), tile.wall_sums[w], heat, breach);
     }

@@ -89,8 +89,9 @@ struct Lists {
         std::map<PairOfLabels, int> pairs;
         for (const Tile& t : tiles)
             for (std::uint32_t k = 0; k < t.pairs.count; ++k) {
-                const Label a = particles[t.index_of[t.pairs.pairs[k].a]].label, b = particles[t.index_of[t.pairs.pairs[k].b()]].label;
-                EXPECT_EQ(t.pairs.pairs[k].flipped(), b < a) << "the flip bit names the smaller label";
+                const Label a = particles[t.index_of[t.pairs.pairs[k].i]].label, b = particles[t.index_of[t.pairs.pairs[k].j]].label;
+                EXPECT_LT(a, b) << "i has the smaller label";
+                EXPECT_LT(t.pairs.pairs[k].own(), t.count) << "one of the two is the tile's";
                 ++pairs[{std::min(a, b), std::max(a, b)}];
             }
         return pairs;

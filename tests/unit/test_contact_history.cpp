@@ -47,8 +47,8 @@ Histories histories_of(const Lists& lists) {
     const auto take = [&](const ContactListData& list, const Tile& t, Label wall) {
         for (std::uint32_t k = 0; k < list.count; ++k) {
             if (!list.touches(k)) continue;
-            const Label a = lists.particles[t.index_of[list.pairs[k].a]].label;
-            const Label b = wall >= 0 ? wall : lists.particles[t.index_of[list.pairs[k].b()]].label;
+            const Label a = lists.particles[t.index_of[list.pairs[k].own()]].label;
+            const Label b = wall >= 0 ? wall : lists.particles[t.index_of[list.pairs[k].partner()]].label;
             Row row;
             std::memcpy(row.data(), &list.history[k * kQuads], sizeof row);
             EXPECT_TRUE(h.insert({{std::min(a, b), std::max(a, b)}, row}).second);

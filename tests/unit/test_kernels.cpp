@@ -148,28 +148,6 @@ TEST(Kernels, grains_and_walls_together_sum_to_integer_zero) {
     }
 }
 
-TEST(Kernels, forces_and_history_of_a_pair_are_the_same_whichever_grain_is_listed_first) {
-    for (const Laws& laws : all_laws()) {
-        SCOPED_TRACE(name_of(laws));
-        const int quads = history_doubles(laws) / 4;
-        KernelBench one(laws, 40, 150, 2, 21);
-        KernelBench other = one;
-        for (std::uint32_t k = 0; k < other.tile.pairs.count; ++k) {
-            CandidatePair& p = other.tile.pairs.pairs[k];
-            p = {p.b(), p.a | (p.flipped() ? 0u : CandidatePair::kFlip)};
-        }
-        for (int step = 0; step < 6; ++step) {
-            one.evaluate(KernelWidth::automatic, false);
-            other.evaluate(KernelWidth::automatic, false);
-            one.drift(1.0e-4);
-            other.drift(1.0e-4);
-        }
-        EXPECT_EQ(numbers(one.tile.sums), numbers(other.tile.sums));
-        EXPECT_EQ(history_bits(one.tile.pairs, quads), history_bits(other.tile.pairs, quads));
-        if (HasFailure()) return;
-    }
-}
-
 TEST(Kernels, sums_are_the_same_in_any_order_of_pairs) {
     KernelBench one(Laws{}, 40, 150, 2, 33);
     KernelBench other = one;

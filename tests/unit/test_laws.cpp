@@ -42,6 +42,15 @@ ContactParameters<double> parameters(const Laws& laws, double e, double friction
 }
 
 template <class Tangential>
+TangentialForce<double> step(const ContactGeometry<double>& g, const NormalForce<double>& n, double friction, TangentialRow<double>& row) {
+    return Tangential::hold(g, n, friction, Tangential::carry(g, n, 1e-6, row), row);
+}
+
+Moments<double> step(const ContactGeometry<double>& g, const NormalForce<double>& n, const ContactParameters<double>& p, double dt, Vec3d& moment) {
+    return SpringRolling::hold(g, n, p, SpringRolling::carry(g, n, p, dt, moment), moment);
+}
+
+template <class Tangential>
 void expect_length_kept() {
     Random random(1);
     const auto p = parameters(Laws{}, 0.5, 1e9, 0.0);
@@ -55,7 +64,7 @@ void expect_length_kept() {
         for (int turn = 0; turn < 20; ++turn) {
             g.normal = turned(g.normal, unit_vector(random), std::pow(10.0, random.uniform(-6.0, 0.497)));
             g.normal = g.normal * (1.0 / length(g.normal));
-            Tangential::evaluate(g, n, p.friction, 1e-6, row);
+            step<Tangential>(g, n, p.friction, row);
             ASSERT_NEAR(dot(row.vector, g.normal), 0.0, 1e-9 * before) << "in the tangent plane";
         }
         ASSERT_NEAR(length(row.vector), before, 20 * 4e-16 * before);
@@ -78,7 +87,7 @@ TEST(Laws, a_rigid_turn_keeps_the_length_of_the_rolling_spring) {
         const double before = length(moment);
         g.normal = turned(g.normal, unit_vector(random), random.uniform(0.0, 3.14));
         g.normal = g.normal * (1.0 / length(g.normal));
-        SpringRolling::evaluate(g, n, p, 1e-6, moment);
+        step(g, n, p, 1e-6, moment);
         ASSERT_NEAR(length(moment), before, 4e-15 * before);
     }
 }
@@ -88,7 +97,7 @@ TEST(Laws, a_history_that_is_turned_onto_the_normal_itself_ends_without_a_number
     const auto p = parameters(Laws{}, 0.5, 1.0, 0.0);
     const auto n = HertzNormal::evaluate(g, p, 0.0);
     TangentialRow<double> row{{0.0, 1e-3, 0.0}, n.contact_radius};
-    const auto f = ForceHistory<true>::evaluate(g, n, p.friction, 1e-6, row);
+    const auto f = step<ForceHistory<true>>(g, n, p.friction, row);
     EXPECT_EQ(dot(f.force, f.force), 0.0);
     EXPECT_EQ(dot(row.vector, row.vector), 0.0);
 }
@@ -100,11 +109,11 @@ TEST(Laws, rescaling_shrinks_the_force_with_the_contact_radius_and_never_lets_it
     TangentialRow<double> row{{1e-3, 0.0, 0.0}, n.contact_radius};
     g.overlap *= 0.25;
     n = HertzNormal::evaluate(g, p, 0.0);
-    ForceHistory<true>::evaluate(g, n, p.friction, 1e-6, row);
+    step<ForceHistory<true>>(g, n, p.friction, row);
     EXPECT_NEAR(row.vector.x, 0.5e-3, 1e-18) << "a quarter of the overlap is half of the contact radius";
     g.overlap *= 16.0;
     n = HertzNormal::evaluate(g, p, 0.0);
-    ForceHistory<true>::evaluate(g, n, p.friction, 1e-6, row);
+    step<ForceHistory<true>>(g, n, p.friction, row);
     EXPECT_NEAR(row.vector.x, 0.5e-3, 1e-18);
 }
 
@@ -179,8 +188,8 @@ void expect_cap_and_zero() {
         const auto p = parameters(Laws{}, 0.3, friction, 0.0);
         const auto n = HertzNormal::evaluate(g, p, 0.0);
         TangentialRow<double> row{cross(g.normal, unit_vector(random)) * 1e-4, n.contact_radius};
-        for (int step = 0; step < 3; ++step) {
-            const auto f = Tangential::evaluate(g, n, p.friction, 1e-6, row);
+        for (int k_th = 0; k_th < 3; ++k_th) {
+            const auto f = step<Tangential>(g, n, p.friction, row);
             const double cap = friction * n.total;
             ASSERT_LE(length(f.force), cap * (1.0 + 1e-14));
             ASSERT_NEAR(dot(f.force, g.normal), 0.0, 1e-12 * cap + 1e-25);
@@ -230,16 +239,16 @@ TEST(Laws, the_rolling_spring_is_linear_at_first_and_ends_at_mu_r_R_F_without_da
     g.rolling_rate = {1.0, 0.0, 0.0};
     Vec3d moment{0, 0, 0};
     const double small = 1e-9;
-    auto m = SpringRolling::evaluate(g, n, p, small, moment);
+    auto m = step(g, n, p, small, moment);
     EXPECT_NEAR(moment.x, -stiffness * small, 1e-12 * stiffness * small);
     EXPECT_NEAR(m.on_i.x, moment.x - 2.0 * 0.3 * std::sqrt(g.rolling_inertia * stiffness), 1e-12 * full);
-    for (int k = 0; k < 100; ++k) m = SpringRolling::evaluate(g, n, p, 1e-3, moment);
+    for (int k = 0; k < 100; ++k) m = step(g, n, p, 1e-3, moment);
     EXPECT_NEAR(m.on_i.x, -full, 1e-13 * full);
     EXPECT_NEAR(moment.x, -full, 1e-13 * full);
     EXPECT_EQ(m.on_j.x, -m.on_i.x);
     g.overlap = 0.0;
     const auto open = HertzNormal::evaluate(g, p, 0.0);
-    m = SpringRolling::evaluate(g, open, p, 1e-3, moment);
+    m = step(g, open, p, 1e-3, moment);
     EXPECT_EQ(m.on_i.x, 0.0);
     EXPECT_EQ(moment.x, 0.0);
 }
