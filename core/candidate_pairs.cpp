@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <utility>
 
 #include "core/contact_lanes.hpp"
 
@@ -21,27 +22,36 @@ struct Brick {
 
 void look_up_cells(const CandidateSource& s, const Brick& brick, std::vector<Cell>& cells) {
     const CellGrid& grid = s.order.grid;
-    cells.assign(brick.size(), Cell{});
-    for (int x = -1; x <= brick.extent[0]; ++x)
-        for (int y = -1; y <= brick.extent[1]; ++y)
-            for (int z = -1; z <= brick.extent[2]; ++z) {
-                Cell& cell = cells[brick.at(x, y, z)];
-                int c[3] = {brick.base[0] + x, brick.base[1] + y, brick.base[2] + z};
-                bool exists = true;
-                for (int a = 0; a < 3; ++a) {
-                    if (c[a] >= 0 && c[a] < grid.cells[a]) continue;
-                    exists = exists && grid.wraps[a];
-                    cell.shift[a] = c[a] < 0 ? -grid.period[a] : grid.period[a];
-                    c[a] += c[a] < 0 ? grid.cells[a] : -grid.cells[a];
-                }
-                if (!exists) continue;
-                cell.exists = true;
-                cell.rank = s.order.rank_of(c[0], c[1], c[2]);
-                cell.first = s.cell_first[cell.rank];
-                cell.last = s.cell_first[cell.rank + 1];
+    struct Place {
+        CellOrder::Along along;
+        double shift;
+        bool exists;
+    };
+    std::vector<Place> places[3];
+    for (int a = 0; a < 3; ++a)
+        for (int k = -1; k <= brick.extent[a]; ++k) {
+            int c = brick.base[a] + k;
+            const bool inside = c >= 0 && c < grid.cells[a];
+            const double shift = inside ? 0.0 : c < 0 ? -grid.period[a] : grid.period[a];
+            if (!inside) c += c < 0 ? grid.cells[a] : -grid.cells[a];
+            const bool exists = inside || grid.wraps[a];
+            places[a].push_back({exists ? s.order.along(a, c) : CellOrder::Along{}, shift, exists});
+        }
+    cells.assign(static_cast<std::size_t>(brick.size()), Cell{});
+    Cell* cell = cells.data();
+    for (const Place& x : places[0])
+        for (const Place& y : places[1])
+            for (const Place& z : places[2]) {
+                Cell& c = *cell++;
+                if (!x.exists || !y.exists || !z.exists) continue;
+                c.exists = true;
+                c.shift = {x.shift, y.shift, z.shift};
+                c.rank = s.order.rank_of(x.along, y.along, z.along);
+                c.first = s.cell_first[c.rank];
+                c.last = s.cell_first[c.rank + 1];
                 if (!s.ghost_first.empty()) {
-                    cell.ghost_first = s.ghost_first[cell.rank];
-                    cell.ghost_last = s.ghost_first[cell.rank + 1];
+                    c.ghost_first = s.ghost_first[c.rank];
+                    c.ghost_last = s.ghost_first[c.rank + 1];
                 }
             }
 }
@@ -84,6 +94,20 @@ void number_shell(const CandidateSource& s, const Tile& tile, CandidateScratch& 
             for (std::uint32_t g = cell.ghost_first; g < cell.ghost_last; ++g) scratch.shell.push_back(s.n_owned + s.ghost_order[g]);
         }
     }
+}
+
+/// Copy what the search reads of the brick and the layer around it.
+void gather(const CandidateSource& s, CandidateScratch& scratch) {
+    scratch.owned.clear();
+    scratch.ghosts.clear();
+    for (const Cell& c : scratch.cells) {
+        scratch.owned.begin_cell();
+        for (std::uint32_t g = c.first; g < c.last; ++g) scratch.owned.add(s.particles[g], c.id + (g - c.first), c.shift);
+        scratch.ghosts.begin_cell();
+        for (std::uint32_t g = c.ghost_first; g < c.ghost_last; ++g) scratch.ghosts.add(s.particles[s.n_owned + s.ghost_order[g]], c.ghost_id + (g - c.ghost_first), s.ghost_shift[s.ghost_order[g]] + c.shift);
+    }
+    scratch.owned.close();
+    scratch.ghosts.close();
 }
 
 /// Drop the shell grains that no pair uses and renumber the rest.
@@ -146,43 +170,26 @@ void build_candidates(const CandidateSource& s, int history_quads, Tile& tile, C
     look_up_cells(s, brick, scratch.cells);
     number_shell(s, tile, scratch);
 
+    gather(s, scratch);
     auto& pairs = tile.pairs.pairs;
     pairs.clear();
-    const Particle* const particles = s.particles.data();
+    const CandidateScratch::Grains &owned = scratch.owned, &ghosts = scratch.ghosts;
+    const auto list = [&](std::uint32_t g, const CandidateScratch::Grains& others, std::uint32_t from, std::uint32_t to) {
+        others.each_near(from, to, owned, g, s.skin, [&](std::uint32_t k) {
+            pairs.push_back(owned.label[g] < others.label[k] ? CandidatePair{owned.id[g], others.id[k]} : CandidatePair{others.id[k], owned.id[g]});
+        });
+    };
     for (int x = 0; x < brick.extent[0]; ++x)
         for (int y = 0; y < brick.extent[1]; ++y)
-            for (int z = 0; z < brick.extent[2]; ++z) {
-                const Cell& home = scratch.cells[brick.at(x, y, z)];
-                if (home.first == home.last) continue;
-                const Cell* around[27];
-                for (int o = 0; o < 27; ++o) around[o] = &scratch.cells[brick.at(x + o / 9 - 1, y + o / 3 % 3 - 1, z + o % 3 - 1)];
-                constexpr int kHome = 13; // offsets after it in this order are the forward half
-                for (std::uint32_t i = home.first; i < home.last; ++i) {
-                    const Particle& a = particles[i];
-                    const TileLocal a_id = i - tile.first;
-                    const double reach = a.radius + s.skin;
-                    const auto consider = [&](const Particle& b, TileLocal b_id, double sx, double sy, double sz) {
-                        const double dx = a.position[0] - (b.position[0] + sx), dy = a.position[1] - (b.position[1] + sy),
-                                     dz = a.position[2] - (b.position[2] + sz);
-                        const double near = reach + b.radius;
-                        if (dx * dx + dy * dy + dz * dz < near * near)
-                            pairs.push_back(a.label < b.label ? CandidatePair{a_id, b_id} : CandidatePair{b_id, a_id});
-                    };
-                    for (std::uint32_t j = i + 1; j < home.last; ++j) consider(particles[j], j - tile.first, 0.0, 0.0, 0.0);
-                    for (int o = kHome + 1; o < 27; ++o) {
-                        const Cell& cell = *around[o];
-                        for (std::uint32_t j = cell.first; j < cell.last; ++j)
-                            consider(particles[j], cell.id + (j - cell.first), cell.shift[0], cell.shift[1], cell.shift[2]);
-                    }
-                    for (const Cell* cell : around)
-                        for (std::uint32_t g = cell->ghost_first; g < cell->ghost_last; ++g) {
-                            const std::uint32_t ghost = s.ghost_order[g];
-                            const Vec3d& shift = s.ghost_shift[ghost];
-                            consider(particles[s.n_owned + ghost], cell->ghost_id + (g - cell->ghost_first), shift.x + cell->shift[0],
-                                     shift.y + cell->shift[1], shift.z + cell->shift[2]);
-                        }
+            for (int z = 0; z < brick.extent[2]; ++z)
+                for (std::uint32_t g = owned.first[brick.at(x, y, z)]; g < owned.first[brick.at(x, y, z) + 1]; ++g) {
+                    // Each pair of cells is searched from one of them; ghosts search nobody, so all around are looked at.
+                    list(g, owned, g + 1, owned.first[brick.at(x, y, z + 1) + 1]);
+                    for (const auto& [dx, dy] : {std::pair{0, 1}, {1, -1}, {1, 0}, {1, 1}}) list(g, owned, owned.first[brick.at(x + dx, y + dy, z - 1)], owned.first[brick.at(x + dx, y + dy, z + 1) + 1]);
+                    if (ghosts.id.empty()) continue;
+                    for (int dx = -1; dx <= 1; ++dx)
+                        for (int dy = -1; dy <= 1; ++dy) list(g, ghosts, ghosts.first[brick.at(x + dx, y + dy, z - 1)], ghosts.first[brick.at(x + dx, y + dy, z + 1) + 1]);
                 }
-            }
     compress_border(s, tile, scratch);
     tile.pairs.prepare(history_quads);
     list_walls(s, history_quads, tile);

@@ -46,18 +46,18 @@ struct CellOrder {
     CellGrid grid;
     std::vector<std::uint32_t> first_of_tile; // [n_tiles + 1] rank of a tile's first cell
 
-    std::uint32_t rank_of(int cx, int cy, int cz) const {
-        const int c[3] = {cx, cy, cz};
-        int t[3], base[3], extent[3];
-        for (int a = 0; a < 3; ++a) {
-            t[a] = grid.tile_of_cell(a, c[a]);
-            base[a] = grid.tile_begin(a, t[a]);
-            extent[a] = grid.tile_begin(a, t[a] + 1) - base[a];
-        }
-        const int tile = (t[0] * grid.tiles[1] + t[1]) * grid.tiles[2] + t[2];
-        return first_of_tile[tile] +
-               static_cast<std::uint32_t>(((c[0] - base[0]) * extent[1] + (c[1] - base[1])) * extent[2] + (c[2] - base[2]));
+    /// Where a cell lies on one axis: its tile, and its place among the tile's cells.
+    struct Along {
+        int tile, offset, extent;
+    };
+    Along along(int axis, int c) const {
+        const int t = grid.tile_of_cell(axis, c), base = grid.tile_begin(axis, t);
+        return {t, c - base, grid.tile_begin(axis, t + 1) - base};
     }
+    std::uint32_t rank_of(const Along& x, const Along& y, const Along& z) const {
+        return first_of_tile[tile_index(x.tile, y.tile, z.tile)] + static_cast<std::uint32_t>((x.offset * y.extent + y.offset) * z.extent + z.offset);
+    }
+    std::uint32_t rank_of(int cx, int cy, int cz) const { return rank_of(along(0, cx), along(1, cy), along(2, cz)); }
     std::uint32_t rank_of(const double* position) const {
         return rank_of(grid.cell_along(0, position[0]), grid.cell_along(1, position[1]), grid.cell_along(2, position[2]));
     }

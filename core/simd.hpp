@@ -114,6 +114,7 @@ inline void to_rows(const Lanes4 (&columns)[4], Lanes4 (&rows)[4]) {
     rows[3] = (Lanes4)_mm256_permute2f128_pd(t1, t3, 0x31);
 }
 inline V4 load_row(const double* p) { return (V4)_mm256_load_pd(p); }
+inline V4 load_any(const double* p) { return (V4)_mm256_loadu_pd(p); } // at any address
 inline void store_row(double* p, V4 v) { _mm256_store_pd(p, (__m256d)v); }
 /// sum[0..3] += row
 inline void add_row(std::int64_t* sum, I4 row) {
