@@ -1,5 +1,9 @@
 #include "core/force_kernel.hpp"
 
+#include "core/error.hpp"
+#include "core/kernel_build.hpp"
+#include "core/law/choose.hpp"
+
 namespace talus::core {
 
 void TileGrains::gather(const Particle* particles, const std::vector<LocalIndex>& index_of) {
@@ -19,11 +23,31 @@ void TileGrains::gather(const Particle* particles, const std::vector<LocalIndex>
     }
 }
 
+void no_such_law(const char* kind, int number) { fail(ErrorKind::internal, "{} law {} does not exist", kind, number); }
+
 KernelSet select_scalar(const Laws& laws, bool ledger);
 KernelSet select_avx2(const Laws& laws, bool ledger);
+KernelSet select_avx512(const Laws& laws, bool ledger);
+
+bool has_width(KernelWidth width) {
+    if (width != KernelWidth::eight) return true;
+#ifdef TALUS_EIGHT_LANES
+    return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl");
+#else
+    return false;
+#endif
+}
 
 KernelSet select_kernels(const Laws& laws, bool ledger, KernelWidth width) {
-    return width == KernelWidth::scalar ? select_scalar(laws, ledger) : select_avx2(laws, ledger);
+    if (width == KernelWidth::automatic) width = has_width(KernelWidth::eight) ? KernelWidth::eight : KernelWidth::four;
+    if (width == KernelWidth::scalar) return select_scalar(laws, ledger);
+    if (width == KernelWidth::four) return select_avx2(laws, ledger);
+    if (!has_width(width)) fail(ErrorKind::unsupported, "kernels of eight lanes need a processor with AVX-512 (F, DQ, VL) and an optimised build by GCC");
+#ifdef TALUS_EIGHT_LANES
+    return select_avx512(laws, ledger);
+#else
+    fail(ErrorKind::internal, "kernels of eight lanes are not in this build");
+#endif
 }
 
 const char* laws_fault(const Laws& l) {

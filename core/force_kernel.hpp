@@ -96,8 +96,9 @@ struct CapBreach {
     double force = 0.0; // N
 };
 
-/// Widths that can be asked for; automatic is the widest this machine has.
-enum class KernelWidth { automatic = 0, scalar = 1, four = 4 };
+/// Widths that can be asked for: contacts at a time. Automatic is the widest that this build and processor have.
+enum class KernelWidth { automatic = 0, scalar = 1, four = 4, eight = 8 };
+bool has_width(KernelWidth width);
 
 using PairKernel = void (*)(const ForceContext&, const TileForces&, HeatSum&, CapBreach&);
 using WallKernel = void (*)(const ForceContext&, const WallPlane&, int wall, const TileForces&, WallSum&, HeatSum&, CapBreach&);
@@ -107,7 +108,7 @@ struct KernelSet {
     WallKernel wall;
 };
 
-/// The kernels for a combination of laws; refused combinations never come here (see laws_fault).
+/// The kernels for a combination of laws; refused combinations never come here (see laws_fault). A width that is not there is an error.
 KernelSet select_kernels(const Laws& laws, bool ledger, KernelWidth width);
 
 /// NULL, or what is wrong with a combination of laws.

@@ -12,7 +12,6 @@
 #include <limits>
 
 #include "core/contact_lanes.hpp"
-#include "core/error.hpp"
 #include "core/force_kernel.hpp"
 
 namespace talus::core::kernel {

@@ -2,15 +2,8 @@
 #pragma once
 
 #include "core/kernel_batch.hpp"
+#include "core/kernel_build.hpp"
 #include "core/law/choose.hpp"
-
-// Laws, transposes and history rows must be inlined into the loops: as calls they pass vectors through memory, at half the speed.
-// Where nobody looks at speed (sanitizers, builds that are not optimised), compiling that takes minutes for nothing.
-#if defined(NDEBUG) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-#define TALUS_FLATTEN [[gnu::flatten]]
-#else
-#define TALUS_FLATTEN
-#endif
 
 namespace talus::core::kernel {
 

@@ -1,10 +1,12 @@
 // core/law/choose.hpp: from the laws of the settings to a compile-time law. Outside every loop.
 #pragma once
 
-#include "core/error.hpp"
 #include "core/law/contact.hpp"
 
 namespace talus::core {
+
+/// Not inline: kernels compiled for one kind of processor must not bring the code of errors with them.
+[[noreturn]] void no_such_law(const char* kind, int number);
 
 template <class Make, class Normal, class Tangential>
 auto choose_rolling(const Laws& l) {
@@ -13,7 +15,7 @@ auto choose_rolling(const Laws& l) {
     case RollingLaw::constant: return Make::template make<ContactLaw<Normal, Tangential, ConstantRolling>>();
     case RollingLaw::spring: return Make::template make<ContactLaw<Normal, Tangential, SpringRolling>>();
     }
-    fail(ErrorKind::internal, "rolling law {} does not exist", static_cast<int>(l.rolling));
+    no_such_law("rolling", static_cast<int>(l.rolling));
 }
 
 template <class Make, class Normal>
@@ -24,7 +26,7 @@ auto choose_tangential(const Laws& l) {
     case TangentialLaw::displacement: return choose_rolling<Make, Normal, DisplacementHistory>(l);
     case TangentialLaw::none: return choose_rolling<Make, Normal, Frictionless>(l);
     }
-    fail(ErrorKind::internal, "tangential law {} does not exist", static_cast<int>(l.tangential));
+    no_such_law("tangential", static_cast<int>(l.tangential));
 }
 
 /// Make::make<Law>() for the ContactLaw that `l` names.
