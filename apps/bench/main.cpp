@@ -104,8 +104,8 @@ void add_benchmarks(const SceneOptions& o) {
     using benchmark::RegisterBenchmark;
     for (const NamedLaws& l : kLaws) RegisterBenchmark(fmt::format("step/{}", l.name).c_str(), [=](benchmark::State& st) { whole_step(st, o, l); })->UseRealTime();
     for (const NamedLaws& l : kLaws) {
-        RegisterBenchmark(fmt::format("force/{}/four", l.name).c_str(), [=](benchmark::State& st) { force(st, o, l, core::KernelWidth::four); });
-        RegisterBenchmark(fmt::format("force/{}/scalar", l.name).c_str(), [=](benchmark::State& st) { force(st, o, l, core::KernelWidth::scalar); });
+        for (const auto& [name, width] : {std::pair{"eight", core::KernelWidth::eight}, {"four", core::KernelWidth::four}, {"scalar", core::KernelWidth::scalar}})
+            if (core::has_width(width)) RegisterBenchmark(fmt::format("force/{}/{}", l.name, name).c_str(), [=](benchmark::State& st) { force(st, o, l, width); });
     }
     RegisterBenchmark("integrate", [=](benchmark::State& st) { integrate(st, o); });
     for (const auto p : {runtime::Phase::binning, runtime::Phase::pair_build, runtime::Phase::halo_exchange, runtime::Phase::rebalance})
