@@ -13,8 +13,6 @@ void collect_border(const std::vector<Tile>& tiles, Tile& tile) {
 
 namespace {
 
-V4 load(const double* p) { return (V4)_mm256_load_pd(p); }
-void store(double* p, V4 v) { _mm256_store_pd(p, (__m256d)v); }
 V4 three(const double (&v)[3], double fourth) { return V4{v[0], v[1], v[2], fourth}; }
 V4 as_double(const std::int64_t (&n)[3]) {
     return V4{static_cast<double>(n[0]), static_cast<double>(n[1]), static_cast<double>(n[2]), 0.0};
@@ -47,7 +45,7 @@ void integrate_tile(const IntegrateContext& c, Particle* particles, Reference* r
         Particle& p = particles[tile.first + k];
         const ForceSum& sum = tile.sums[k];
         const GroupMotion& motion = c.groups[group_of(p)];
-        V4 velocity = load(p.velocity);
+        V4 velocity = load_row(p.velocity);
         V4 turning = three(p.angular_velocity, 0.0);
         if (motion.mode == GroupMotion::Mode::free) [[likely]] {
             const V4 force = as_double(sum.force) * splat<V4>(c.units.force.unit);
@@ -63,12 +61,12 @@ void integrate_tile(const IntegrateContext& c, Particle* particles, Reference* r
             velocity = driven ? three(motion.velocity, p.mass) : V4{0.0, 0.0, 0.0, p.mass};
             turning = driven ? three(motion.angular_velocity, 0.0) : splat<V4>(0.0);
         }
-        store(p.velocity, velocity);
+        store_row(p.velocity, velocity);
         put(turning, p.angular_velocity);
         if (!c.begin) continue;
 
-        const V4 position = fma(velocity, drift, load(p.position));
-        store(p.position, position);
+        const V4 position = fma(velocity, drift, load_row(p.position));
+        store_row(p.position, position);
         if ((bits_of((position >= wrap_hi) | (position < wrap_lo)) & kSpatial) != 0) [[unlikely]] {
             const Vec3d before = make_vec3(p.position);
             wrap(c.domain, p.position, references[tile.first + k]);
@@ -79,7 +77,7 @@ void integrate_tile(const IntegrateContext& c, Particle* particles, Reference* r
             p.listed_position[2] += shift.z;
         }
 
-        const V4 moved = load(p.position) - load(p.listed_position);
+        const V4 moved = load_row(p.position) - load_row(p.listed_position);
         const V4 foreseen = fma(velocity, foresight, moved);
         lo = smaller(moved, lo);
         hi = larger(moved, hi);

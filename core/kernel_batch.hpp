@@ -3,7 +3,7 @@
 //
 // Candidates are filtered in blocks; the touching ones of a block are evaluated W at a time, stage by stage: each stage runs over
 // all batches of the block before the next begins. What passes between stages stays in L1, and the processor has several
-// contacts under way: a contact taken through all stages at once is a chain of some 450 cycles, longer than it can look ahead.
+// contacts under way: a contact taken through all stages at once is one chain, longer than it can look ahead.
 #pragma once
 
 #include <algorithm>
@@ -134,8 +134,8 @@ inline void integer_rows(const Vec3<V>& v, double scale, int lanes, I4 (&rows)[k
 /// A force or torque against the cap, which no component may pass. Not-a-number fails every comparison, so tests are for what is right.
 template <class V>
 struct CapCheck {
-    V sum = splat<V>(0.0);                 // of all magnitudes: below the cap, so is each
-    Mask<V> fine = splat<V>(0.0) <= sum; // each by itself
+    V sum = splat<V>(0.0);               // of all magnitudes: within the cap, so is each
+    Mask<V> fine = splat<V>(0.0) <= sum; // each within the cap by itself
 
     void add(const Vec3<V>& v, double scale) {
         const V s = splat<V>(scale), cap = splat<V>(kCapUnits);
@@ -143,7 +143,7 @@ struct CapCheck {
         sum = sum + x + y + z;
         fine = fine & (x <= cap) & (y <= cap) & (z <= cap);
     }
-    /// Bits of the first `lanes` lanes that pass the cap. The common case costs one comparison.
+    /// Bits of those of the first `lanes` lanes in which a component is beyond the cap. The common case is settled by the sum.
     unsigned breaches(int lanes) const {
         const unsigned all = (1u << kLanes<V>) - 1u;
         if (bits_of(sum <= splat<V>(kCapUnits)) == all) [[likely]] return 0;
