@@ -99,30 +99,30 @@ template <class V>
 inline void integer_rows(const Vec3<V>& v, double scale, unsigned lanes, I4 (&rows)[kLanes<V>]) {
     using Int = typename Lanes<V>::Int;
     const V s = splat<V>(scale);
-    const Int columns[4] = {to_integer(v.x * s), to_integer(v.y * s), to_integer(v.z * s), Int{}};
+    const Int columns[4] = {to_integer(v.x, s), to_integer(v.y, s), to_integer(v.z, s), Int{}};
     to_rows(columns, rows);
     if (lanes != first_lanes(kLanes<V>, kLanes<V>)) [[unlikely]]
         for (int l = 0; l < kLanes<V>; ++l) rows[l] = (lanes >> l & 1) != 0 ? rows[l] : I4{};
 }
 
-/// A force or torque against the cap, which no component may pass. Not-a-number fails every comparison, so tests are for what is right.
-template <class V>
-struct CapCheck {
-    V sum = splat<V>(0.0);               // of all magnitudes: within the cap, so is each
-    Mask<V> fine = splat<V>(0.0) <= sum; // each within the cap by itself
+// A force or torque against the cap, which no component may pass. Not-a-number fails every comparison, so tests are for what is right.
 
-    void add(const Vec3<V>& v, double scale) {
-        const V s = splat<V>(scale), cap = splat<V>(kCapUnits);
-        const V x = magnitude(v.x * s), y = magnitude(v.y * s), z = magnitude(v.z * s);
-        sum = sum + x + y + z;
-        fine = fine & (x <= cap) & (y <= cap) & (z <= cap);
-    }
-    /// Bits of those of `lanes` in which a component is beyond the cap. The common case is settled by the sum.
-    unsigned breaches(unsigned lanes) const {
-        if (bits_of(sum <= splat<V>(kCapUnits)) == first_lanes(kLanes<V>, kLanes<V>)) [[likely]] return 0;
-        return ~bits_of(fine) & lanes;
-    }
-};
+/// Square of a force or torque over that of the cap; up to one no component is beyond it.
+template <class V>
+inline V cap_share(const Vec3<V>& v, double scale) {
+    const double share = scale / kCapUnits;
+    return dot(v, v) * splat<V>(share * share);
+}
+/// Bits of the lanes in which a component is beyond the cap.
+template <class V>
+inline unsigned beyond_cap(const Vec3<V>& v, double scale) {
+    const V s = splat<V>(scale), cap = splat<V>(kCapUnits);
+    return ~bits_of((magnitude(v.x * s) <= cap) & (magnitude(v.y * s) <= cap) & (magnitude(v.z * s) <= cap));
+}
+template <class V>
+inline bool all_within(V shares) {
+    return bits_of(shares <= splat<V>(1.0)) == first_lanes(kLanes<V>, kLanes<V>);
+}
 
 template <class V>
 inline void add_heat(const Dissipation<V>& d, double scale, unsigned lanes, HeatSum& heat) {
@@ -141,7 +141,7 @@ inline void add_released(const ForceContext& context, const PairParameters& p, c
     if constexpr (Law::kHistoryDoubles > 0) {
         double row[kMaxHistoryDoubles];
         list.get_history(contact, row);
-        heat.friction += to_integer(Law::released_energy(splat_parameters<double>(p), row) * context.units.torque.scale);
+        heat.friction += to_integer(Law::released_energy(splat_parameters<double>(p), row), context.units.torque.scale);
     }
 }
 

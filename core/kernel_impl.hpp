@@ -64,13 +64,11 @@ TALUS_FLATTEN void pair_forces(const ForceContext& context, const TileForces& ti
             x->mass_i = p[3];
             x->mass_j = q[3];
             set_approach(vector_of(p), vector_of(q), x->geometry);
-        }
-        for (Batch<V>* x = batches; x != end; ++x) {
+            set_scales<Law::kNeedsInertia>(x->radius_i, x->mass_i, x->radius_j, x->mass_j, own_radius, x->geometry);
             load_grains(grains.spin, x->i, p);
             load_grains(grains.spin, x->j, q);
             set_spin(vector_of(p), x->radius_i, vector_of(q), x->radius_j, x->geometry);
         }
-        for (Batch<V>* x = batches; x != end; ++x) set_scales<Law::kNeedsInertia>(x->radius_i, x->mass_i, x->radius_j, x->mass_j, own_radius, x->geometry);
         if (mixed)
             for (Batch<V>* x = batches; x != end; ++x) {
                 const PairParameters* tables[W];
@@ -83,16 +81,13 @@ TALUS_FLATTEN void pair_forces(const ForceContext& context, const TileForces& ti
             const ContactForce<V>& f = x->force;
             const Vec3<V> twist = cross(x->geometry.normal, f.tangential);
             const Vec3<V> on_i = fnma(twist, x->radius_i, f.moment_i), on_j = fnma(twist, x->radius_j, f.moment_j);
-            CapCheck<V> check;
-            check.add(f.force, force_scale);
-            check.add(on_i, torque_scale);
-            check.add(on_j, torque_scale);
-            if (const unsigned bad = check.breaches(x->lanes); bad != 0) [[unlikely]] {
+            if (!all_within(cap_share(f.force, force_scale) + cap_share(on_i, torque_scale) + cap_share(on_j, torque_scale))) [[unlikely]] {
+                const unsigned bad = (beyond_cap(f.force, force_scale) | beyond_cap(on_i, torque_scale) | beyond_cap(on_j, torque_scale)) & x->lanes;
                 const V size = square_root(dot(f.force, f.force));
                 const auto label = [&](TileLocal id) { return tile.particles[tile.index_of[id]].label; };
                 for (int l = 0; l < W; ++l)
                     if (bad >> l & 1) note_breach(breach, label(x->i[l]), label(x->j[l]), lane(size, l));
-                continue;
+                if (bad != 0) continue;
             }
             I4 force[W], torque_i[W], torque_j[W];
             integer_rows(f.force, force_scale, x->lanes, force);
@@ -166,14 +161,12 @@ TALUS_FLATTEN void wall_forces(const ForceContext& context, const WallPlane& wal
             sum.contacts += std::popcount(x->lanes);
             const ContactForce<V>& f = x->force;
             const Vec3<V> on_i = fnma(cross(x->geometry.normal, f.tangential), x->radius_i, f.moment_i);
-            CapCheck<V> check;
-            check.add(f.force, force_scale);
-            check.add(on_i, torque_scale);
-            if (const unsigned bad = check.breaches(x->lanes); bad != 0) [[unlikely]] {
+            if (!all_within(cap_share(f.force, force_scale) + cap_share(on_i, torque_scale))) [[unlikely]] {
+                const unsigned bad = (beyond_cap(f.force, force_scale) | beyond_cap(on_i, torque_scale)) & x->lanes;
                 const V size = square_root(dot(f.force, f.force));
                 for (int l = 0; l < W; ++l)
                     if (bad >> l & 1) note_breach(breach, tile.particles[tile.index_of[x->i[l]]].label, kWallLabel + wall_id, lane(size, l));
-                continue;
+                if (bad != 0) continue;
             }
             V p[4];
             load_grains(grains.centre, x->i, p);

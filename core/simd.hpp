@@ -78,13 +78,13 @@ inline V nearest(V a) {
     return (a + magic) - magic;
 }
 
-/// Nearest integer as int64, ties to even, for |a| < 2^51.
-inline std::int64_t to_integer(double a) {
-    return __builtin_bit_cast(std::int64_t, a + kRoundMagic) - __builtin_bit_cast(std::int64_t, kRoundMagic);
+/// Nearest integer to a * scale as int64, ties to even, for |a * scale| < 2^51.
+inline std::int64_t to_integer(double a, double scale) {
+    return __builtin_bit_cast(std::int64_t, fma(a, scale, kRoundMagic)) - __builtin_bit_cast(std::int64_t, kRoundMagic);
 }
-inline I4 to_integer(V4 a) {
+inline I4 to_integer(V4 a, V4 scale) {
     const V4 magic = splat<V4>(kRoundMagic);
-    return (I4)(a + magic) - (I4)magic;
+    return (I4)fma(a, scale, magic) - (I4)magic;
 }
 
 /// Load four consecutive doubles of each of W rows, 16-byte aligned, and return the four columns.

@@ -67,25 +67,27 @@ struct ContactLaw {
             }
             if constexpr (std::is_same_v<Rolling, NoRolling>) x.force.moment_i = x.force.moment_j = none;
         });
-        if constexpr (Tangential::kHasHistory) {
-            apply([&](State& x, const Parameters&) { x.carried = Tangential::carry(x.geometry, x.normal, c.dt, x.history.tangential); });
-            apply([&](State& x, const Parameters& p) {
-                const auto t = Tangential::hold(x.geometry, x.normal, p.friction, x.carried, x.history.tangential);
-                x.force.tangential = t.force;
-                x.force.force = x.geometry.normal * x.normal.total + t.force;
-                if constexpr (kLedger) x.held = t;
-            });
-        }
+        // What the springs carry over, and the rolling torque that has none: independent chains, which fill each other's waits.
         const auto set_moments = [](State& x, const Moments<V>& m) {
             x.force.moment_i = m.on_i;
             x.force.moment_j = m.on_j;
         };
-        if constexpr (Rolling::kHasHistory) {
-            apply([&](State& x, const Parameters& p) { x.carried_moment = Rolling::carry(x.geometry, x.normal, p, c.dt, x.history.rolling); });
-            apply([&](State& x, const Parameters& p) { set_moments(x, Rolling::hold(x.geometry, x.normal, p, x.carried_moment, x.history.rolling)); });
-        } else if constexpr (std::is_same_v<Rolling, ConstantRolling>) {
-            apply([&](State& x, const Parameters& p) { set_moments(x, Rolling::evaluate(x.geometry, x.normal, p, c.rolling_rate, c.dt)); });
-        }
+        if constexpr (Tangential::kHasHistory || !std::is_same_v<Rolling, NoRolling>)
+            apply([&](State& x, const Parameters& p) {
+                if constexpr (Tangential::kHasHistory) x.carried = Tangential::carry(x.geometry, x.normal, c.dt, x.history.tangential);
+                if constexpr (Rolling::kHasHistory) x.carried_moment = Rolling::carry(x.geometry, x.normal, p, c.dt, x.history.rolling);
+                if constexpr (std::is_same_v<Rolling, ConstantRolling>) set_moments(x, Rolling::evaluate(x.geometry, x.normal, p, c.rolling_rate, c.dt));
+            });
+        if constexpr (Tangential::kHasHistory || Rolling::kHasHistory)
+            apply([&](State& x, const Parameters& p) {
+                if constexpr (Tangential::kHasHistory) {
+                    const auto t = Tangential::hold(x.geometry, x.normal, p.friction, x.carried, x.history.tangential);
+                    x.force.tangential = t.force;
+                    x.force.force = x.geometry.normal * x.normal.total + t.force;
+                    if constexpr (kLedger) x.held = t;
+                }
+                if constexpr (Rolling::kHasHistory) set_moments(x, Rolling::hold(x.geometry, x.normal, p, x.carried_moment, x.history.rolling));
+            });
         if constexpr (kLedger) apply([&](State& x, const Parameters& p) { account(x, p, c); });
     }
 

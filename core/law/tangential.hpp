@@ -30,20 +30,14 @@ struct TangentialForce {
 /// The Coulomb cap on spring + damping; what is left in the spring is returned with it.
 template <class V>
 inline TangentialForce<V> cap_at_friction(const Vec3<V>& spring, const Vec3<V>& slip, V damping, V cap) {
+    const V zero = splat<V>(0.0), one = splat<V>(1.0);
+    damping = select(cap > zero, damping, zero); // without friction nothing stays in the spring
     const Vec3<V> trial = fnma(slip, damping, spring);
-    const V square = dot(trial, trial);
-    const V zero = splat<V>(0.0);
+    const V share = cap / square_root(larger(dot(trial, trial), splat<V>(kTiny)));
     TangentialForce<V> r;
-    r.sliding = square > cap * cap;
-    const V factor = cap / square_root(larger(square, splat<V>(kTiny)));
-    const auto component = [&](V t, V s, V v, V& force, V& kept) {
-        force = select(r.sliding, t * factor, t);
-        kept = select(r.sliding, fma(damping, v, force), s);
-        kept = select(cap > zero, kept, zero);
-    };
-    component(trial.x, spring.x, slip.x, r.force.x, r.spring.x);
-    component(trial.y, spring.y, slip.y, r.force.y, r.spring.y);
-    component(trial.z, spring.z, slip.z, r.force.z, r.spring.z);
+    r.sliding = share < one;
+    r.force = trial * smaller(share, one);
+    r.spring = fma(slip, damping, r.force);
     return r;
 }
 
@@ -90,11 +84,7 @@ struct DisplacementHistory {
         const V k = n.stiffness_t;
         const V cap = friction * magnitude(n.total);
         const auto r = cap_at_friction(xi * -k, g.slip_velocity, n.damping_t, cap);
-        const V zero = splat<V>(0.0);
-        const V inverse = splat<V>(-1.0) / larger(k, splat<V>(kTiny));
-        const auto keep = r.sliding | (cap <= zero);
-        row.vector = {select(keep, r.spring.x * inverse, xi.x), select(keep, r.spring.y * inverse, xi.y),
-                      select(keep, r.spring.z * inverse, xi.z)};
+        row.vector = r.spring * (splat<V>(-1.0) / larger(k, splat<V>(kTiny)));
         row.last = select(r.sliding, -n.contact_radius, n.contact_radius);
         return r;
     }

@@ -14,8 +14,8 @@ namespace talus::core {
 namespace {
 
 void expect_integer(double value, std::int64_t units) {
-    EXPECT_EQ(to_integer(value), units) << value;
-    const I4 four = to_integer(V4{value, -value, 0.0, value});
+    EXPECT_EQ(to_integer(value, 1.0), units) << value;
+    const I4 four = to_integer(V4{value, -value, 0.0, value}, splat<V4>(1.0));
     EXPECT_EQ(four[0], units) << value;
     EXPECT_EQ(four[1], -units) << value;
     EXPECT_EQ(four[2], 0);
@@ -70,9 +70,9 @@ TEST(FixedSum, one_and_four_lanes_round_alike_over_the_whole_range) {
     for (int k = 0; k < 20000; ++k) {
         V4 v;
         for (int l = 0; l < 4; ++l) v[l] = std::ldexp(random.uniform(-1.0, 1.0), static_cast<int>(random.uniform(-3.0, 50.99)));
-        const I4 four = to_integer(v);
+        const I4 four = to_integer(v, splat<V4>(1.0));
         for (int l = 0; l < 4; ++l) {
-            ASSERT_EQ(four[l], to_integer(v[l]));
+            ASSERT_EQ(four[l], to_integer(v[l], 1.0));
             ASSERT_EQ(four[l], std::llrint(v[l]));
         }
     }
@@ -100,7 +100,7 @@ TEST(FixedSum, the_units_of_torques_have_room_for_the_cap_at_the_end_of_their_ar
 
 TEST(FixedSum, a_sum_of_as_many_contributions_as_are_allowed_at_the_cap_does_not_overflow) {
     std::int64_t sum = 0;
-    for (int k = 0; k + 1 < static_cast<int>(kMaxContributions); ++k) ASSERT_FALSE(__builtin_add_overflow(sum, to_integer(kCapUnits), &sum));
+    for (int k = 0; k + 1 < static_cast<int>(kMaxContributions); ++k) ASSERT_FALSE(__builtin_add_overflow(sum, to_integer(kCapUnits, 1.0), &sum));
     EXPECT_GT(sum, 0);
 }
 
@@ -108,7 +108,7 @@ TEST(FixedSum, sums_do_not_depend_on_the_order_while_sums_of_doubles_do) {
     test::Random random(5);
     std::vector<double> values;
     for (int k = 0; k < 1000; ++k) values.push_back(std::ldexp(random.uniform(-1.0, 1.0), static_cast<int>(random.uniform(0.0, 50.0))));
-    const auto integer_sum = [&] { return std::accumulate(values.begin(), values.end(), std::int64_t{0}, [](std::int64_t s, double v) { return s + to_integer(v); }); };
+    const auto integer_sum = [&] { return std::accumulate(values.begin(), values.end(), std::int64_t{0}, [](std::int64_t s, double v) { return s + to_integer(v, 1.0); }); };
     const auto double_sum = [&] { return std::accumulate(values.begin(), values.end(), 0.0, [](double s, double v) { return s + v * 0.1; }); };
     const std::int64_t first = integer_sum();
     const double first_double = double_sum();
@@ -126,7 +126,7 @@ TEST(FixedSum, the_error_of_a_conversion_is_at_most_half_a_unit) {
     test::Random random(9);
     for (int k = 0; k < 1000; ++k) {
         const double v = random.uniform(-3.0, 3.0);
-        EXPECT_LE(std::fabs(to_double(to_integer(v * u.scale), u.unit) - v), 0.5 * u.unit);
+        EXPECT_LE(std::fabs(to_double(to_integer(v, u.scale), u.unit) - v), 0.5 * u.unit);
     }
 }
 
