@@ -106,7 +106,7 @@ void Engine::set_time_step(double dt) {
     fold_wall_work();
     state_->model.settings.time_step = dt;
     setup_stale_ = true;
-    verdict_stale_ = true;
+    expect_motion();
 }
 
 void Engine::set_gravity(const double (&g)[3]) {
@@ -126,7 +126,15 @@ void Engine::set_group(int group, const core::GroupMotion& motion) {
     if (mode < 0 || mode > 2) fail(ErrorKind::argument, "group mode {}: not one of TALUS_GROUP_*", mode);
     state_->model.groups[static_cast<std::size_t>(group)] = motion;
     setup_stale_ = true;
+    expect_motion();
+}
+
+/// Grains may move farther in the next step than the lists foresee. That is no worse with a skin that has become narrow at rest
+/// than with the first one.
+void Engine::expect_motion() {
+    const Model& m = state_->model;
     verdict_stale_ = true;
+    lists_stale_ = lists_stale_ || (m.automatic_skin() && m.skin_share < core::kFirstSkin);
 }
 
 void Engine::check_labels(const std::vector<NewGrain>& grains) {
