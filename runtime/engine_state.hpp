@@ -64,7 +64,7 @@ struct ListWatch {
     bool counted = false;           // they are gone, and the two lines above are theirs
     bool disturbed = false;         // what comes is not what was: the host has changed grains, or how they move
     // The same on every rank.
-    std::int64_t steps = 0;         // at the last verdict on them
+    std::int64_t steps = -1;        // of their life at the last verdict on them, -1 before the first
     double skin_use = 0.0;          // SkinUse::foreseen over all ranks
     double apart = 0.0;             // m, foreseen relative displacement of any two grains
     core::SkinModel known;          // as of the last lists that were agreed on

@@ -45,7 +45,7 @@ void begin_watch(EngineState& s, double rebuild_seconds) {
     w.built_step = s.model.step;
     w.rebuild_seconds = rebuild_seconds;
     w.force_before = s.workers.total(Phase::force).seconds;
-    w.steps = 0;
+    w.steps = -1;
     w.skin_use = w.apart = 0.0;
     w.counted = false;
 }
@@ -69,7 +69,7 @@ double choose_skin(EngineState& s, double busy) {
     Model& model = s.model;
     const double d = model.diameter(), most = most_skin(s);
     const std::int64_t served = model.step - w.built_step;
-    if (model.automatic_skin() && w.counted && w.steps > 0 && served > 0 && sum[4] > 0 && std::isfinite(w.skin_use + w.apart)) {
+    if (model.automatic_skin() && w.counted && w.steps >= 0 && served > 0 && sum[4] > 0 && std::isfinite(w.skin_use + w.apart)) {
         // First what the lists were, then what is expected of the next.
         w.known.diameter = d;
         w.known.skin = model.skin();
