@@ -7,7 +7,7 @@ namespace talus::core {
 
 namespace {
 
-constexpr int kTried = 128; // skins in geometric progression: 2.6 per cent apart
+constexpr double kApart = 1.025; // ratio of the skins that are tried
 
 double shell(double diameter, double skin) {
     const double reach = diameter + skin;
@@ -15,12 +15,15 @@ double shell(double diameter, double skin) {
 }
 
 double widest(const SkinModel& m, double most) {
-    double limit = std::min(most, kMostSkin * m.diameter);
-    if (m.candidates > m.contacts) { // where the model lists kMostCandidates a grain
-        const double room = std::max(0.0, (kMostCandidates * m.grains - m.contacts) / (m.candidates - m.contacts)) * shell(m.diameter, m.skin);
-        limit = std::min(limit, std::cbrt(m.diameter * m.diameter * m.diameter + room) - m.diameter);
+    const double first = kFirstSkin * m.diameter, last = std::max(first, std::min(most, kMostSkin * m.diameter));
+    const double listed = kMostCandidates * m.grains;
+    if (m.candidates_at(last) <= listed) return last;
+    double fits = first, does_not = last;
+    for (int k = 0; k < 40; ++k) {
+        const double middle = 0.5 * (fits + does_not);
+        (m.candidates_at(middle) <= listed ? fits : does_not) = middle;
     }
-    return std::max(kFirstSkin * m.diameter, limit);
+    return fits;
 }
 
 double towards(double unit, double work, double seconds) {
@@ -43,10 +46,8 @@ void SkinModel::learn(double force_seconds, double rebuild_seconds) {
 
 double fastest_skin(const SkinModel& m, double most) {
     const double least = kLeastSkin * m.diameter, last = widest(m, most);
-    const double ratio = std::pow(last / least, 1.0 / (kTried - 1));
-    double best = least, best_time = m.time(least), s = least;
-    for (int k = 1; k < kTried; ++k) {
-        s = k + 1 < kTried ? s * ratio : last;
+    double best = last, best_time = m.time(last);
+    for (double s = least; s < last; s *= kApart) {
         const double time = m.time(s);
         if (time < best_time) {
             best = s;

@@ -1,4 +1,5 @@
-// core/skin_choice.hpp: the list skin for which a step takes least time. A pure function of what is known of the lists.
+// core/skin_choice.hpp: the list skin for which a step takes least time. A pure function of what is known of the lists, of nothing but
+// + - * / and comparisons, so that ranks on different processors choose the same to the bit.
 //
 // A wide skin lists candidates that the force filters in vain; a narrow one is used up soon, and lists must be rebuilt. The time
 // that depends on the skin s is, a step,
