@@ -17,7 +17,7 @@ namespace talus::core {
 
 inline constexpr double kFirstSkin = 0.1;                        // of the largest diameter, before anything is known
 inline constexpr double kLeastSkin = 0.02, kMostSkin = 0.5;      // of the largest diameter: range of the choice
-inline constexpr double kMostCandidates = 6.0;                   // a grain: a wider skin than the first must not list more, for memory's sake
+inline constexpr double kMostCandidates = 6.0;                   // a grain, for memory's sake; the first skin may list more
 inline constexpr double kCandidateWork = 0.12, kGrainWork = 0.3;  // of the force on a contact
 inline constexpr double kGrainRebuild = 8.0;                     // of what a candidate takes at a rebuild
 inline constexpr double kLateSteps = 2.0;                        // of the three steps foreseen, the decision takes one to arrive

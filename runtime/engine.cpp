@@ -148,6 +148,14 @@ void Engine::refresh_lists() {
     verdict_stale_ = true;
 }
 
+/// Grains may move farther in the next step than the lists foresee. That is no worse with a skin that has become narrow at rest
+/// than with the first one.
+void Engine::expect_motion() {
+    const Model& m = state_->model;
+    verdict_stale_ = true;
+    lists_stale_ = lists_stale_ || (m.automatic_skin() && m.skin_share < core::kFirstSkin);
+}
+
 /// What the ranks were told must be the same, bit for bit; and what one of them knows to be stale is stale for all.
 void Engine::agree_on_input() {
     EngineState& s = *state_;

@@ -129,14 +129,6 @@ void Engine::set_group(int group, const core::GroupMotion& motion) {
     expect_motion();
 }
 
-/// Grains may move farther in the next step than the lists foresee. That is no worse with a skin that has become narrow at rest
-/// than with the first one.
-void Engine::expect_motion() {
-    const Model& m = state_->model;
-    verdict_stale_ = true;
-    lists_stale_ = lists_stale_ || (m.automatic_skin() && m.skin_share < core::kFirstSkin);
-}
-
 void Engine::check_labels(const std::vector<NewGrain>& grains) {
     // A label's keeper sees all that are or would be: label modulo ranks.
     EngineState& s = *state_;
