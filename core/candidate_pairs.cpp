@@ -115,7 +115,7 @@ void compress_border(const CandidateSource& s, Tile& tile, CandidateScratch& scr
     constexpr TileLocal kUnused = 0xffffffffu;
     auto& new_id = scratch.new_id;
     new_id.assign(scratch.shell.size(), kUnused);
-    for (const CandidatePair& p : tile.pairs.pairs)
+    for (const CandidatePair& p : scratch.pairs)
         if (p.partner() >= tile.count) new_id[p.partner() - tile.count] = 0;
     tile.index_of.resize(tile.count);
     for (std::uint32_t k = 0; k < tile.count; ++k) tile.index_of[k] = tile.first + k;
@@ -133,35 +133,35 @@ void compress_border(const CandidateSource& s, Tile& tile, CandidateScratch& scr
     }
     std::sort(tile.ghost_chunks.begin(), tile.ghost_chunks.end());
     tile.ghost_chunks.erase(std::unique(tile.ghost_chunks.begin(), tile.ghost_chunks.end()), tile.ghost_chunks.end());
-    for (CandidatePair& p : tile.pairs.pairs) {
+    for (CandidatePair& p : scratch.pairs) {
         TileLocal& partner = p.i > p.j ? p.i : p.j;
         if (partner >= tile.count) partner = new_id[partner - tile.count];
     }
 }
 
-void list_walls(const CandidateSource& s, int history_quads, Tile& tile) {
+void list_walls(const CandidateSource& s, int history_doubles, Tile& tile, std::vector<CandidatePair>& pairs) {
     tile.walls.resize(s.walls.size());
     for (std::size_t w = 0; w < s.walls.size(); ++w) {
         const WallPlane& wall = s.walls[w];
-        ContactListData& list = tile.walls[w];
-        list.pairs.clear();
+        pairs.clear();
         double clearance = std::numeric_limits<double>::infinity();
         for (TileLocal k = 0; k < tile.count; ++k) {
             const Particle& p = s.particles[tile.first + k];
             const double gap = height_above<double>(wall.point, wall.normal, make_vec3(p.position)) - p.radius;
             if (gap < s.skin)
-                list.pairs.push_back({k, k});
+                pairs.push_back({k, k});
             else
                 clearance = std::min(clearance, gap);
         }
         tile.wall_clearance[w] = clearance;
-        list.prepare(history_quads);
+        tile.walls[w].start(history_doubles);
+        tile.walls[w].set_candidates(pairs);
     }
 }
 
 } // namespace
 
-void build_candidates(const CandidateSource& s, int history_quads, Tile& tile, CandidateScratch& scratch) {
+void build_candidates(const CandidateSource& s, int history_doubles, Tile& tile, CandidateScratch& scratch) {
     Brick brick;
     for (int a = 0; a < 3; ++a) {
         brick.base[a] = s.order.grid.tile_begin(a, tile.index[a]);
@@ -171,7 +171,7 @@ void build_candidates(const CandidateSource& s, int history_quads, Tile& tile, C
     number_shell(s, tile, scratch);
 
     gather(s, scratch);
-    auto& pairs = tile.pairs.pairs;
+    auto& pairs = scratch.pairs;
     pairs.clear();
     const CandidateScratch::Grains &owned = scratch.owned, &ghosts = scratch.ghosts;
     const auto list = [&](std::uint32_t g, const CandidateScratch::Grains& others, std::uint32_t from, std::uint32_t to) {
@@ -191,8 +191,9 @@ void build_candidates(const CandidateSource& s, int history_quads, Tile& tile, C
                         for (int dy = -1; dy <= 1; ++dy) list(g, ghosts, ghosts.first[brick.at(x + dx, y + dy, z - 1)], ghosts.first[brick.at(x + dx, y + dy, z + 1) + 1]);
                 }
     compress_border(s, tile, scratch);
-    tile.pairs.prepare(history_quads);
-    list_walls(s, history_quads, tile);
+    tile.pairs.start(history_doubles);
+    tile.pairs.set_candidates(pairs);
+    list_walls(s, history_doubles, tile, pairs);
     tile.sums.assign(tile.index_of.size(), ForceSum{});
     tile.wall_sums.assign(s.walls.size(), WallSum{});
 }

@@ -85,11 +85,12 @@ struct CandidateScratch {
     std::vector<std::uint32_t> order;
     std::vector<LocalIndex> shell; // particles with ids beyond the own ones, before compression
     std::vector<TileLocal> new_id;
+    std::vector<CandidatePair> pairs;
 };
 
-/// Build a tile's candidate lists, its border and its wall lists; sums are sized and cleared, histories left void.
+/// Build a tile's lists of candidates, its border and its wall lists, without contacts; sums are sized and cleared.
 /// The tile's index, first and count must be set.
-void build_candidates(const CandidateSource& source, int history_quads, Tile& tile, CandidateScratch& scratch);
+void build_candidates(const CandidateSource& source, int history_doubles, Tile& tile, CandidateScratch& scratch);
 
 /// Tell every tile which border rows elsewhere belong to its grains. After all tiles are built.
 void link_borders(std::vector<Tile>& tiles);

@@ -10,7 +10,7 @@ std::uint32_t next(std::uint32_t& cursor) { return std::atomic_ref(cursor).fetch
 } // namespace
 
 void ContactLayout::count(const Tile& tile) {
-    each_touching(tile, [&](LocalIndex a, LocalIndex b, Label, const ContactListData&, std::uint32_t) {
+    each_touching(tile, [&](LocalIndex a, LocalIndex b, Label, const ContactList&, std::uint32_t) {
         next(store_.first[a + 1]);
         if (b < n_owned_) next(store_.first[b + 1]);
     });
@@ -22,8 +22,8 @@ void ContactLayout::allocate(const std::vector<Tile>& tiles) {
     first_row_of_tile_.assign(1, 0);
     for (const Tile& t : tiles) {
         std::uint32_t n = 0;
-        const auto count_bits = [&](const ContactListData& d) {
-            for (const std::uint8_t bits : d.touching) n += static_cast<std::uint32_t>(std::popcount(bits));
+        const auto count_bits = [&](const ContactList& list) {
+            for (const std::uint8_t bits : list.touching) n += static_cast<std::uint32_t>(std::popcount(bits));
         };
         count_bits(t.pairs);
         for (const auto& w : t.walls) count_bits(w);
@@ -34,15 +34,12 @@ void ContactLayout::allocate(const std::vector<Tile>& tiles) {
 
 void ContactLayout::fill(int tile_index, const Tile& tile) {
     std::uint32_t row = first_row_of_tile_[tile_index];
-    const int quads = store_.history_quads;
     // first[g] serves as cursor; finish() moves it back.
-    each_touching(tile, [&](LocalIndex a, LocalIndex b, Label wall, const ContactListData& data, std::uint32_t k) {
+    each_touching(tile, [&](LocalIndex a, LocalIndex b, Label wall, const ContactList& list, std::uint32_t contact) {
         const Label partner = wall >= 0 ? wall : particles_[b].label;
         store_.entries[next(store_.first[a])] = {partner, row};
         if (b < n_owned_) store_.entries[next(store_.first[b])] = {particles_[a].label, row};
-        for (int q = 0; q < quads; ++q)
-            store_.rows[static_cast<std::size_t>(row) * quads + q] = data.history[static_cast<std::size_t>(k) * quads + q];
-        ++row;
+        list.get_history(contact, store_.values(row++));
     });
 }
 
@@ -52,20 +49,27 @@ void ContactLayout::finish() {
 }
 
 void inherit_histories(const ContactStore& store, const std::vector<std::uint32_t>& slot_of, const std::vector<Particle>& particles, Tile& tile) {
-    const int quads = store.history_quads;
-    const auto take = [&](ContactListData& data, std::uint32_t k, LocalIndex a, Label partner) {
-        const ContactEntry* e = store.find(slot_of[a], partner);
-        if (e == nullptr) return;
-        data.touching[k / 8] = static_cast<std::uint8_t>(data.touching[k / 8] | 1u << (k % 8));
-        for (int q = 0; q < quads; ++q) data.history[static_cast<std::size_t>(k) * quads + q] = store.row(*e)[q];
+    struct Match {
+        std::uint32_t candidate;
+        const ContactEntry* entry;
     };
-    for (std::uint32_t k = 0; k < tile.pairs.count; ++k) {
-        const CandidatePair p = tile.pairs.pairs[k];
-        take(tile.pairs, k, tile.index_of[p.own()], particles[tile.index_of[p.partner()]].label);
-    }
-    for (std::size_t w = 0; w < tile.walls.size(); ++w)
-        for (std::uint32_t k = 0; k < tile.walls[w].count; ++k)
-            take(tile.walls[w], k, tile.index_of[tile.walls[w].pairs[k].i], kWallLabel + static_cast<Label>(w));
+    std::vector<Match> matches;
+    const auto inherit = [&](ContactList& list, auto partner) {
+        matches.clear();
+        for (std::uint32_t k = 0; k < list.n_candidates; ++k)
+            if (const ContactEntry* e = store.find(slot_of[tile.index_of[list.candidates[k].own()]], partner(list.candidates[k]))) matches.push_back({k, e});
+        // Room for those that will touch before the next rebuild, too.
+        list.reserve_contacts(matches.size() + matches.size() / 16);
+        std::uint32_t kept = matches.empty() ? list.n_candidates : matches.front().candidate, next = kept;
+        for (const Match& m : matches) {
+            while (next < m.candidate) list.candidates[kept++] = list.candidates[next++];
+            list.set_touching(list.add_contact(list.candidates[next++]), store.values(m.entry->row));
+        }
+        while (next < list.n_candidates) list.candidates[kept++] = list.candidates[next++];
+        list.n_candidates = kept;
+    };
+    inherit(tile.pairs, [&](CandidatePair p) { return particles[tile.index_of[p.partner()]].label; });
+    for (std::size_t w = 0; w < tile.walls.size(); ++w) inherit(tile.walls[w], [&](CandidatePair) { return kWallLabel + static_cast<Label>(w); });
 }
 
 } // namespace talus::core

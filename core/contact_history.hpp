@@ -40,6 +40,8 @@ struct ContactStore {
         first.push_back(static_cast<std::uint32_t>(entries.size()));
     }
     const Quad* row(const ContactEntry& e) const { return rows.data() + static_cast<std::size_t>(e.row) * history_quads; }
+    double* values(std::uint32_t row) { return reinterpret_cast<double*>(rows.data() + static_cast<std::size_t>(row) * history_quads); }
+    const double* values(std::uint32_t row) const { return reinterpret_cast<const double*>(rows.data() + static_cast<std::size_t>(row) * history_quads); }
     std::size_t bytes() const {
         return first.capacity() * sizeof(std::uint32_t) + entries.capacity() * sizeof(ContactEntry) + rows.capacity() * sizeof(Quad);
     }
@@ -72,21 +74,21 @@ private:
     std::vector<std::uint32_t> first_row_of_tile_;
 };
 
-/// Give a tile's fresh candidate lists the histories of contacts that were open. @param slot_of  grain -> place in the store
+/// Make contacts of the candidates of a tile's fresh lists that were in touch, with their histories. @param slot_of  grain -> place in the store
 void inherit_histories(const ContactStore& store, const std::vector<std::uint32_t>& slot_of, const std::vector<Particle>& particles, Tile& tile);
 
 // ---- implementation ----
 
 template <class Visit>
 void ContactLayout::each_touching(const Tile& tile, Visit visit) const {
-    const auto list = [&](const ContactListData& data, Label wall) {
-        for (std::uint32_t k = 0; k < data.count; ++k) {
+    const auto list = [&](const ContactList& data, Label wall) {
+        for (std::uint32_t k = 0; k < data.n_contacts; ++k) {
             if (!data.touches(k)) continue;
-            const LocalIndex a = tile.index_of[data.pairs[k].own()];
+            const LocalIndex a = tile.index_of[data.contacts[k].own()];
             if (wall >= 0)
                 visit(a, n_owned_, wall, data, k);
             else
-                visit(a, tile.index_of[data.pairs[k].partner()], Label{-1}, data, k);
+                visit(a, tile.index_of[data.contacts[k].partner()], Label{-1}, data, k);
         }
     };
     list(tile.pairs, -1);

@@ -50,12 +50,14 @@ inline Mask<V> touches(const Periods& periods, const Vec3<V>& xi, V ri, const Ve
 
 // The geometry of grain i on grain j in four parts, each after those before it.
 
+/// @return whether they touch
 template <class V>
-inline void set_overlap(const Periods& periods, const Vec3<V>& xi, V ri, const Vec3<V>& xj, V rj, ContactGeometry<V>& g) {
+inline Mask<V> set_overlap(const Periods& periods, const Vec3<V>& xi, V ri, const Vec3<V>& xj, V rj, ContactGeometry<V>& g) {
     const Vec3<V> d = minimum_image(periods, xi - xj);
     const V distance = square_root(dot(d, d));
     g.normal = d * (splat<V>(1.0) / larger(distance, splat<V>(kTiny)));
     g.overlap = larger(ri + rj - distance, splat<V>(0.0));
+    return touches<V>(periods, xi, ri, xj, rj);
 }
 template <class V>
 inline void set_approach(const Vec3<V>& vi, const Vec3<V>& vj, ContactGeometry<V>& g) {
@@ -99,6 +101,11 @@ template <class V>
 inline V height_above(const Vec3d& point, const Vec3d& normal, const Vec3<V>& x) {
     const Vec3<V> d{x.x - splat<V>(point.x), x.y - splat<V>(point.y), x.z - splat<V>(point.z)};
     return dot(d, Vec3<V>{splat<V>(normal.x), splat<V>(normal.y), splat<V>(normal.z)});
+}
+
+template <class V>
+inline Mask<V> touches_plane(const Vec3d& point, const Vec3d& normal, const Vec3<V>& x, V radius) {
+    return height_above(point, normal, x) < radius;
 }
 
 /// Grain i on a plane that moves at `velocity`: R* = R, m* = m, and j does not turn.

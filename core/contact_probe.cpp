@@ -8,7 +8,9 @@ namespace talus::core {
 namespace {
 
 template <class Law>
-ContactView look(const ForceContext& context, const ContactGeometry<double>& g, const ContactParameters<double>& p, const double* row) {
+ContactView look(const ForceContext& context, const ContactGeometry<double>& g, const ContactParameters<double>& p, const ContactList& list, std::uint32_t contact) {
+    double row[kMaxHistoryDoubles];
+    list.get_history(contact, row);
     ContactState<double> x{};
     x.geometry = g;
     ContactHistory<double>& history = x.history;
@@ -31,13 +33,13 @@ ContactView look(const ForceContext& context, const ContactGeometry<double>& g, 
 
 struct MakeProbes {
     template <class Law>
-    static ContactView pair(const ForceContext& c, const TileContacts& tile, std::uint32_t k) {
-        const LocalIndex i = tile.index_of[tile.contacts.pairs[k].i], j = tile.index_of[tile.contacts.pairs[k].j];
+    static ContactView pair(const ForceContext& c, const TileIds& tile, const ContactList& list, std::uint32_t contact) {
+        const LocalIndex i = tile.index_of[list.contacts[contact].i], j = tile.index_of[list.contacts[contact].j];
         const Particle *pi = &tile.particles[i], *pj = &tile.particles[j];
         const auto gi = load_grain(*pi), gj = load_grain(*pj);
         const auto g = pair_geometry<(Law::kHistoryDoubles > 4)>(c.periods, gi, gj, c.laws.rolling_radius == RollingRadius::own);
         const auto p = splat_parameters<double>(c.pairs[material_of(*pi)][material_of(*pj)]);
-        ContactView v = look<Law>(c, g, p, tile.contacts.history + static_cast<std::size_t>(k) * Law::kHistoryDoubles);
+        ContactView v = look<Law>(c, g, p, list, contact);
         v.i = pi->label;
         v.j = pj->label;
         v.particle_i = i;
@@ -47,13 +49,13 @@ struct MakeProbes {
         return v;
     }
     template <class Law>
-    static ContactView wall(const ForceContext& c, const WallPlane& w, int id, const TileContacts& tile, std::uint32_t k) {
-        const LocalIndex i = tile.index_of[tile.contacts.pairs[k].i];
+    static ContactView wall(const ForceContext& c, const WallPlane& w, int id, const TileIds& tile, const ContactList& list, std::uint32_t contact) {
+        const LocalIndex i = tile.index_of[list.contacts[contact].i];
         const Particle* pi = &tile.particles[i];
         const auto gi = load_grain(*pi);
         const auto g = wall_geometry<(Law::kHistoryDoubles > 4)>(w.point, w.normal, w.velocity, gi);
         const auto p = splat_parameters<double>(c.pairs[material_of(*pi)][w.material]);
-        ContactView v = look<Law>(c, g, p, tile.contacts.history + static_cast<std::size_t>(k) * Law::kHistoryDoubles);
+        ContactView v = look<Law>(c, g, p, list, contact);
         v.i = pi->label;
         v.j = kWallLabel + id;
         v.particle_i = i;

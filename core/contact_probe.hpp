@@ -18,9 +18,9 @@ struct ContactView {
     double elastic_normal = 0, elastic_tangential = 0, elastic_rolling = 0; // J
 };
 
-/// A touching pair of a tile (list position k), or a touching wall contact.
-using PairProbe = ContactView (*)(const ForceContext&, const TileContacts&, std::uint32_t k);
-using WallProbe = ContactView (*)(const ForceContext&, const WallPlane&, int wall, const TileContacts&, std::uint32_t k);
+/// A contact of the list that touches, of grains or with a wall.
+using PairProbe = ContactView (*)(const ForceContext&, const TileIds&, const ContactList&, std::uint32_t contact);
+using WallProbe = ContactView (*)(const ForceContext&, const WallPlane&, int wall, const TileIds&, const ContactList&, std::uint32_t contact);
 
 struct ProbeSet {
     PairProbe pair;

@@ -1,30 +1,22 @@
-// core/force_kernel.hpp: forces of one tile. Two stages: filter the candidate pairs to touching ones and compact them;
-// then W touching pairs at a time: load, transpose, law, history, convert to integers, add.
+// core/force_kernel.hpp: forces of one tile. Candidates that touch become contacts; then W contacts at a time, where they stand:
+// load, transpose, law, history, convert to integers, add.
 //
 // Bits     a pair's force is one pure function of the two grains' records and the pair's history, evaluated with i = the grain
 //          with the smaller label, at any width; sums are integers. So neither the order nor the width shows.
-// Threads  none here: a call writes only the rows of its tile (sums, history, touching bits).
+// Threads  none here: a call writes only what belongs to its tile (sums and the list).
 #pragma once
 
 #include <algorithm>
 #include <cstdint>
 #include <vector>
 
+#include "core/contact_list.hpp"
 #include "core/domain.hpp"
 #include "core/fixed_sum.hpp"
 #include "core/law/contact.hpp"
 #include "core/material.hpp"
 
 namespace talus::core {
-
-/// A candidate pair as two tile-local ids; i has the smaller label. Own grains of a tile have smaller ids than border grains, so
-/// that one of the two is always the tile's.
-struct CandidatePair {
-    TileLocal i, j;
-
-    TileLocal own() const { return std::min(i, j); }
-    TileLocal partner() const { return std::max(i, j); }
-};
 
 /// What contacts read of a tile's grains, by tile-local id, copied together before the forces: the records of a tile lie in runs
 /// all over the rank's, and reading each where it stands, pair by pair, waits for memory at every one.
@@ -49,30 +41,21 @@ struct ForceContext {
     Periods periods{Domain{}};
     FixedUnits units;
     double dt = 0.0;         // s; 0: forces only
-    bool advance = true;     // write histories and heat; false for an evaluation outside a step (touching bits are always written)
+    bool advance = true;     // write histories and heat; false for an evaluation outside a step (which contacts touch is always written)
     bool ledger = false;     // account dissipated energy
     int n_materials = 1;
     PairParameters pairs[kMaxMaterials][kMaxMaterials];
 };
 
-/// One tile's share of a list: candidates, one touching bit each, and history rows.
-struct ContactList {
-    const CandidatePair* pairs = nullptr; // padded to a multiple of 8
-    std::uint8_t* touching = nullptr;     // one bit a pair: touched at the last evaluation; rows of others are void
-    double* history = nullptr;            // history_doubles(laws) a pair, 32-byte aligned
-    std::uint32_t count = 0;
-};
-
-/// A list of a tile, and whom its ids mean.
-struct TileContacts {
+/// Whom the ids of a tile's lists mean.
+struct TileIds {
     const Particle* particles = nullptr;  // of the rank: owned, then ghosts
     LocalIndex n_owned = 0;
     const LocalIndex* index_of = nullptr; // tile-local id -> particle
-    ContactList contacts;
 };
 
 /// What a kernel works on.
-struct TileForces : TileContacts {
+struct TileForces : TileIds {
     const TileGrains* grains = nullptr; // gathered by the same ids
     ForceSum* sums = nullptr;           // one a tile-local id
 };
@@ -100,8 +83,8 @@ struct CapBreach {
 enum class KernelWidth { automatic = 0, scalar = 1, four = 4, eight = 8 };
 bool has_width(KernelWidth width);
 
-using PairKernel = void (*)(const ForceContext&, const TileForces&, HeatSum&, CapBreach&);
-using WallKernel = void (*)(const ForceContext&, const WallPlane&, int wall, const TileForces&, WallSum&, HeatSum&, CapBreach&);
+using PairKernel = void (*)(const ForceContext&, const TileForces&, ContactList&, HeatSum&, CapBreach&);
+using WallKernel = void (*)(const ForceContext&, const WallPlane&, int wall, const TileForces&, ContactList&, WallSum&, HeatSum&, CapBreach&);
 
 struct KernelSet {
     PairKernel pair;

@@ -1,13 +1,12 @@
 // core/kernel_batch.hpp: what the pair and the wall kernel share: finding the touching candidates, rows in and out of lanes, and a
 // block of contacts on its way through the stages of a law.
 //
-// Candidates are filtered in blocks; the touching ones of a block are evaluated W at a time, stage by stage: each stage runs over
-// all batches of the block before the next begins. What passes between stages stays in L1, and the processor has several
-// contacts under way: a contact taken through all stages at once is one chain, longer than it can look ahead.
+// Contacts are taken in blocks, W at a time, stage by stage: each stage runs over all batches of the block before the next begins.
+// What passes between stages stays in L1, and the processor has several contacts under way: a contact taken through all stages
+// at once is one chain, longer than it can look ahead.
 #pragma once
 
 #include <algorithm>
-#include <array>
 #include <bit>
 #include <limits>
 
@@ -16,62 +15,40 @@
 
 namespace talus::core::kernel {
 
-/// Positions of the set bits of every byte, for compaction.
-inline constexpr auto kBitPositions = [] {
-    std::array<std::array<std::uint8_t, 8>, 256> t{};
-    for (int m = 0; m < 256; ++m)
-        for (int b = 0, n = 0; b < 8; ++b)
-            if (m >> b & 1) t[m][n++] = static_cast<std::uint8_t>(b);
-    return t;
-}();
-
-/// Append first + (positions of the bits of `mask`) to out; writes 8 entries, returns how many count.
-inline int append_bits(unsigned mask, std::uint32_t first, std::uint32_t* out) {
-    const auto& positions = kBitPositions[mask];
-    for (int k = 0; k < 8; ++k) out[k] = first + positions[k];
-    return std::popcount(mask);
-}
-
-/// Candidates that are filtered together.
+/// Contacts that go through the stages together.
 inline constexpr std::uint32_t kBlock = 64;
 
-/// Find the touching entries of a list and hand them on. `touch8(first)` gives the touching bits of eight entries; `ended(entry)`
-/// is told of each contact that ends, while its row still stands; `evaluate(entries, count)` gets up to kBlock + W entries, the last
-/// one repeated until `count` is a multiple of W; only the last call of a list has a count that is not.
-/// @return number of touching entries
-template <int W, int kHistory, class Touch8, class Ended, class Evaluate>
-inline std::uint32_t for_contacts(const ContactList& list, Touch8 touch8, Ended ended, Evaluate evaluate) {
-    std::uint32_t found[kBlock + 2 * 8];
-    std::uint32_t n = 0, total = 0;
-    for (std::uint32_t block = 0; block < list.count; block += kBlock) {
-        const std::uint32_t end = std::min(block + kBlock, list.count);
-        for (std::uint32_t first = block; first < end; first += 8) {
-            const std::uint32_t left = list.count - first;
-            unsigned mask = touch8(first);
-            if (left < 8) mask &= (1u << left) - 1u;
-            std::uint8_t& stored = list.touching[first / 8];
-            if constexpr (kHistory > 0) {
-                // A contact begins: its row is void until now.
-                for (unsigned fresh = mask & ~stored & 0xffu; fresh != 0; fresh &= fresh - 1) {
-                    double* row = list.history + static_cast<std::size_t>(first + std::countr_zero(fresh)) * kHistory;
-                    for (int c = 0; c < kHistory; ++c) row[c] = 0.0;
-                }
-            }
-            for (unsigned gone = ~mask & stored & 0xffu; gone != 0; gone &= gone - 1) ended(first + static_cast<std::uint32_t>(std::countr_zero(gone)));
-            stored = static_cast<std::uint8_t>(mask);
-            n += append_bits(mask, first, found + n);
+/// Bits of the first n of W lanes.
+constexpr unsigned first_lanes(std::uint32_t n, int W) { return n >= static_cast<std::uint32_t>(W) ? (1u << W) - 1u : (1u << n) - 1u; }
+
+/// Make contacts of the candidates that touch. @param touch8  touch8(first): touching bits of eight candidates
+template <class Touch8>
+inline void admit_touching(ContactList& list, Touch8 touch8) {
+    list.retire_parted();
+    // From the end, so that the last candidate, which takes the place of one that leaves, has been looked at.
+    for (std::uint32_t first = (list.n_candidates + 7) / 8 * 8; first > 0;) {
+        first -= 8;
+        unsigned mask = touch8(first) & first_lanes(list.n_candidates - first, 8);
+        while (mask != 0) [[unlikely]] {
+            const int k = std::bit_width(mask) - 1;
+            mask &= ~(1u << k);
+            list.add_contact(list.candidates[first + static_cast<std::uint32_t>(k)]);
+            list.candidates[first + static_cast<std::uint32_t>(k)] = list.candidates[--list.n_candidates];
         }
-        const bool last = end == list.count;
-        // A batch that is not full waits for the next block; the last one is filled by repetition.
-        const std::uint32_t whole = n / W * W, done = last ? n : whole;
-        if (last && n > 0)
-            for (std::uint32_t k = n; k % W != 0; ++k) found[k] = found[n - 1];
-        if (done > 0) evaluate(found, done);
-        total += done;
-        for (std::uint32_t k = done; k < n; ++k) found[k - done] = found[k];
-        n -= done;
     }
-    return total;
+}
+
+/// Store which of eight contacts touch. Histories of those that begin to are cleared; ended(contact) is told of each that ends, while
+/// its history still stands.
+template <int kHistory, class Ended>
+inline void note_touching(ContactList& list, std::uint32_t first, unsigned touching, Ended ended) {
+    std::uint8_t& stored = list.touching[first / 8];
+    if (touching == stored) [[likely]] return;
+    if constexpr (kHistory > 0)
+        for (unsigned fresh = touching & ~unsigned{stored}; fresh != 0; fresh &= fresh - 1)
+            for (int c = 0; c < kHistory; ++c) list.history[static_cast<std::size_t>(first / 8) * kHistory + static_cast<std::size_t>(c)].v[std::countr_zero(fresh)] = 0.0;
+    for (unsigned gone = ~touching & stored; gone != 0; gone &= gone - 1) ended(first + static_cast<std::uint32_t>(std::countr_zero(gone)));
+    stored = static_cast<std::uint8_t>(touching);
 }
 
 template <class V>
@@ -90,45 +67,42 @@ inline void load_grains(const std::vector<Quad>& quads, const Id& ids, V (&out)[
 template <class V>
 inline Vec3<V> vector_of(const V (&columns)[4]) { return {columns[0], columns[1], columns[2]}; }
 
+/// Columns of the histories of W contacts, each eight doubles from the next.
 template <class V, class Law>
-inline void load_history(const double* history, const std::uint32_t* entry, ContactHistory<V>& h) {
+inline void load_history(const double* columns, ContactHistory<V>& h) {
     if constexpr (Law::kHistoryDoubles > 0) {
-        const double* rows[kLanes<V>];
-        V q[4];
-        for (int l = 0; l < kLanes<V>; ++l) rows[l] = history + static_cast<std::size_t>(entry[l]) * Law::kHistoryDoubles;
-        load_columns(rows, q);
-        h.tangential = {vector_of(q), q[3]};
+        const auto column = [&](int c) { return load_lanes<V>(columns + 8 * c); };
+        h.tangential = {{column(0), column(1), column(2)}, column(3)};
+        if constexpr (Law::kHistoryDoubles > 4) h.rolling = {column(4), column(5), column(6)};
+    }
+}
+
+/// Lanes that do not touch are stored as well: they are void.
+template <class V, class Law>
+inline void store_history(const ContactHistory<V>& h, double* columns) {
+    if constexpr (Law::kHistoryDoubles > 0) {
+        const auto put = [&](int c, V v) { store_lanes(columns + 8 * c, v); };
+        put(0, h.tangential.vector.x);
+        put(1, h.tangential.vector.y);
+        put(2, h.tangential.vector.z);
+        put(3, h.tangential.last);
         if constexpr (Law::kHistoryDoubles > 4) {
-            for (int l = 0; l < kLanes<V>; ++l) rows[l] += 4;
-            load_columns(rows, q);
-            h.rolling = vector_of(q);
+            put(4, h.rolling.x);
+            put(5, h.rolling.y);
+            put(6, h.rolling.z);
         }
     }
 }
 
-/// A repeated entry is stored again: its lanes were computed alike.
-template <class V, class Law>
-inline void store_history(const ContactHistory<V>& h, double* history, const std::uint32_t* entry) {
-    if constexpr (Law::kHistoryDoubles > 0) {
-        const auto put = [&](const V(&columns)[4], int offset) {
-            V4 rows[kLanes<V>];
-            to_rows(columns, rows);
-            for (int l = 0; l < kLanes<V>; ++l) store_row(history + static_cast<std::size_t>(entry[l]) * Law::kHistoryDoubles + offset, rows[l]);
-        };
-        put({h.tangential.vector.x, h.tangential.vector.y, h.tangential.vector.z, h.tangential.last}, 0);
-        if constexpr (Law::kHistoryDoubles > 4) put({h.rolling.x, h.rolling.y, h.rolling.z, splat<V>(0.0)}, 4);
-    }
-}
-
-/// Three columns of a force or torque as integer rows (x, y, z, 0); zero from lane `lanes` on.
+/// Three columns of a force or torque as integer rows (x, y, z, 0); zero where the bit of `lanes` is not set.
 template <class V>
-inline void integer_rows(const Vec3<V>& v, double scale, int lanes, I4 (&rows)[kLanes<V>]) {
+inline void integer_rows(const Vec3<V>& v, double scale, unsigned lanes, I4 (&rows)[kLanes<V>]) {
     using Int = typename Lanes<V>::Int;
     const V s = splat<V>(scale);
     const Int columns[4] = {to_integer(v.x * s), to_integer(v.y * s), to_integer(v.z * s), Int{}};
     to_rows(columns, rows);
-    if (lanes < kLanes<V>) [[unlikely]]
-        for (int l = 0; l < kLanes<V>; ++l) rows[l] = l < lanes ? rows[l] : I4{};
+    if (lanes != first_lanes(kLanes<V>, kLanes<V>)) [[unlikely]]
+        for (int l = 0; l < kLanes<V>; ++l) rows[l] = (lanes >> l & 1) != 0 ? rows[l] : I4{};
 }
 
 /// A force or torque against the cap, which no component may pass. Not-a-number fails every comparison, so tests are for what is right.
@@ -143,20 +117,18 @@ struct CapCheck {
         sum = sum + x + y + z;
         fine = fine & (x <= cap) & (y <= cap) & (z <= cap);
     }
-    /// Bits of those of the first `lanes` lanes in which a component is beyond the cap. The common case is settled by the sum.
-    unsigned breaches(int lanes) const {
-        const unsigned all = (1u << kLanes<V>) - 1u;
-        if (bits_of(sum <= splat<V>(kCapUnits)) == all) [[likely]] return 0;
-        return ~bits_of(fine) & ((1u << lanes) - 1u);
+    /// Bits of those of `lanes` in which a component is beyond the cap. The common case is settled by the sum.
+    unsigned breaches(unsigned lanes) const {
+        if (bits_of(sum <= splat<V>(kCapUnits)) == first_lanes(kLanes<V>, kLanes<V>)) [[likely]] return 0;
+        return ~bits_of(fine) & lanes;
     }
 };
 
 template <class V>
 inline void add_heat(const Dissipation<V>& d, double scale, unsigned lanes, HeatSum& heat) {
     I4 rows[kLanes<V>];
-    integer_rows(Vec3<V>{d.friction, d.damping, d.rolling}, scale, kLanes<V>, rows);
+    integer_rows(Vec3<V>{d.friction, d.damping, d.rolling}, scale, lanes, rows);
     for (int l = 0; l < kLanes<V>; ++l) {
-        if ((lanes >> l & 1) == 0) continue;
         heat.friction += rows[l][0];
         heat.damping += rows[l][1];
         heat.rolling += rows[l][2];
@@ -165,10 +137,11 @@ inline void add_heat(const Dissipation<V>& d, double scale, unsigned lanes, Heat
 
 /// What a contact that ends still held in its springs is lost: to friction and rolling.
 template <class Law>
-inline void add_released(const ForceContext& context, const PairParameters& p, const ContactList& list, std::uint32_t entry, HeatSum& heat) {
+inline void add_released(const ForceContext& context, const PairParameters& p, const ContactList& list, std::uint32_t contact, HeatSum& heat) {
     if constexpr (Law::kHistoryDoubles > 0) {
-        const double scale = context.units.torque.scale;
-        heat.friction += to_integer(Law::released_energy(splat_parameters<double>(p), list.history + static_cast<std::size_t>(entry) * Law::kHistoryDoubles) * scale);
+        double row[kMaxHistoryDoubles];
+        list.get_history(contact, row);
+        heat.friction += to_integer(Law::released_energy(splat_parameters<double>(p), row) * context.units.torque.scale);
     }
 }
 
@@ -191,21 +164,48 @@ inline int material_of(const Quad& spin) { return static_cast<int>(__builtin_bit
 /// W contacts under evaluation.
 template <class V>
 struct Batch : ContactState<V> {
+    std::uint32_t first;             // of the list's contacts
+    unsigned lanes;                  // bits of those that touch
     TileLocal i[kLanes<V>], j[kLanes<V>];
     V radius_i, radius_j, mass_i, mass_j;
-    ContactParameters<V> own_parameters; // where materials differ
+    ContactParameters<V> parameters; // where materials differ
 };
 
-/// All batches of a block through the stages of a law, and their histories in and out.
-template <class V, class Law, bool kLedger, class Parameters>
-inline void run_law(Batch<V>* batches, int n, const std::uint32_t* found, const ContactList& list, const StepConstants<V>& constants, bool advance, Parameters parameters) {
+/// Batches of a block in which any contact touches, and the histories of the list. begin(batch) sets first, i, j (of a pair) and the first part of
+/// the geometry, and returns the touching bits; the end of the batches that go on.
+template <class V, int kHistory, class Begin, class Ended>
+inline Batch<V>* begin_batches(ContactList& list, std::uint32_t block, Batch<V>* batches, Begin begin, Ended ended) {
     constexpr int W = kLanes<V>;
-    for (int b = 0; b < n; ++b) load_history<V, Law>(list.history, found + b * W, batches[b].history);
+    Batch<V>* next = batches;
+    const std::uint32_t end = std::min(block + kBlock, list.n_contacts);
+    for (std::uint32_t octet = block; octet < end; octet += 8) {
+        // Needed when this block is through; the hardware starts anew at every block.
+        if constexpr (kHistory > 0) {
+            const Octet* ahead = list.history.data() + static_cast<std::size_t>(octet + kBlock) / 8 * kHistory;
+            for (int c = 0; c < kHistory; ++c) __builtin_prefetch(ahead + c, 1);
+        }
+        unsigned touching = 0;
+        for (std::uint32_t first = octet; first < std::min(octet + 8, end); first += W) {
+            next->first = first;
+            next->lanes = begin(*next) & first_lanes(end - first, W);
+            touching |= next->lanes << (first - octet);
+            next += next->lanes != 0 ? 1 : 0;
+        }
+        note_touching<kHistory>(list, octet, touching, ended);
+    }
+    return next;
+}
+
+/// The batches through the stages of a law, and their histories in and out. @param parameters  of a batch
+template <class V, class Law, bool kLedger, class Parameters>
+inline void run_law(Batch<V>* batches, Batch<V>* end, ContactList& list, const StepConstants<V>& constants, bool advance, Parameters parameters) {
+    const auto columns = [data = reinterpret_cast<double*>(list.history.data())](std::uint32_t contact) { return data + static_cast<std::size_t>(contact / 8) * (8 * Law::kHistoryDoubles) + contact % 8; };
+    for (Batch<V>* x = batches; x != end; ++x) load_history<V, Law>(columns(x->first), x->history);
     Law::template stages<V, kLedger>(constants, [&](auto stage) {
-        for (int b = 0; b < n; ++b) stage(batches[b], parameters(batches[b]));
+        for (Batch<V>* x = batches; x != end; ++x) stage(*x, parameters(*x));
     });
     if (advance)
-        for (int b = 0; b < n; ++b) store_history<V, Law>(batches[b].history, list.history, found + b * W);
+        for (Batch<V>* x = batches; x != end; ++x) store_history<V, Law>(x->history, columns(x->first));
 }
 
 } // namespace talus::core::kernel

@@ -113,6 +113,16 @@ inline void to_rows(const Lanes4 (&columns)[4], Lanes4 (&rows)[4]) {
     rows[2] = (Lanes4)_mm256_permute2f128_pd(t0, t2, 0x31);
     rows[3] = (Lanes4)_mm256_permute2f128_pd(t1, t3, 0x31);
 }
+/// W doubles in a row, aligned to their size.
+template <class V>
+inline V load_lanes(const double* p);
+template <>
+inline double load_lanes<double>(const double* p) { return *p; }
+template <>
+inline V4 load_lanes<V4>(const double* p) { return (V4)_mm256_load_pd(p); }
+inline void store_lanes(double* p, double v) { *p = v; }
+inline void store_lanes(double* p, V4 v) { _mm256_store_pd(p, (__m256d)v); }
+/// The row of a grain.
 inline V4 load_row(const double* p) { return (V4)_mm256_load_pd(p); }
 inline V4 load_any(const double* p) { return (V4)_mm256_loadu_pd(p); } // at any address
 inline void store_row(double* p, V4 v) { _mm256_store_pd(p, (__m256d)v); }

@@ -25,6 +25,10 @@ struct Lanes<V8> {
 template <>
 inline V8 splat<V8>(double a) { return {_mm512_set1_pd(a)}; }
 
+template <>
+inline V8 load_lanes<V8>(const double* p) { return {_mm512_load_pd(p)}; }
+inline void store_lanes(double* p, V8 v) { _mm512_store_pd(p, v.v); }
+
 inline V8 operator+(V8 a, V8 b) { return {_mm512_add_pd(a.v, b.v)}; }
 inline V8 operator-(V8 a, V8 b) { return {_mm512_sub_pd(a.v, b.v)}; }
 inline V8 operator*(V8 a, V8 b) { return {_mm512_mul_pd(a.v, b.v)}; }

@@ -39,12 +39,12 @@ struct Digest {
         add(&item, sizeof item);
     }
     /// A contact, by the owner of the smaller label; j a label or a wall's.
-    void add_contact(Label i, Label j, const Quad* row, int quads) {
+    void add_contact(Label i, Label j, const double* row, int doubles) {
         struct {
             Label i, j;
             double row[8];
         } item{i, j, {0, 0, 0, 0, 0, 0, 0, 0}};
-        if (quads > 0) std::memcpy(item.row, row, static_cast<std::size_t>(quads) * sizeof(Quad));
+        if (doubles > 0) std::memcpy(item.row, row, static_cast<std::size_t>(doubles) * sizeof(double));
         add(&item, sizeof item);
     }
 };

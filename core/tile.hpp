@@ -14,30 +14,6 @@
 
 namespace talus::core {
 
-/// Owner of what a ContactList points to.
-struct ContactListData {
-    std::vector<CandidatePair> pairs; // padded as ContactList asks
-    std::vector<std::uint8_t> touching;
-    std::vector<Quad> history;
-    std::uint32_t count = 0;
-
-    ContactList view() {
-        return {pairs.data(), touching.data(), history.empty() ? nullptr : history.front().v, count};
-    }
-    bool touches(std::uint32_t k) const { return (touching[k / 8] >> (k % 8) & 1) != 0; }
-    /// Size touching bits and history for the pairs that stand, all void.
-    void prepare(int history_quads) {
-        count = static_cast<std::uint32_t>(pairs.size());
-        const std::size_t whole = (pairs.size() + 7) / 8;
-        pairs.resize(whole * 8, CandidatePair{0, 0});
-        touching.assign(whole, 0);
-        history.resize(static_cast<std::size_t>(count) * history_quads);
-    }
-    std::size_t bytes() const {
-        return pairs.capacity() * sizeof(CandidatePair) + touching.capacity() + history.capacity() * sizeof(Quad);
-    }
-};
-
 /// How far the grains of a tile moved since the lists were built, now and as foreseen. Empty: lo above hi.
 struct DisplacementBox {
     double lo[3], hi[3];                   // m
@@ -93,8 +69,8 @@ struct Tile {
     std::vector<LocalIndex> index_of;  // own grains, then border grains of this rank in order, then ghosts
     std::uint32_t n_border = 0;        // border rows that another tile collects
     std::vector<ForceSum> sums;        // one a tile-local id
-    ContactListData pairs;
-    std::vector<ContactListData> walls; // one a wall
+    ContactList pairs;
+    std::vector<ContactList> walls; // one a wall
     std::vector<IncomingSums> incoming;
     std::vector<WallSum> wall_sums;     // one a wall, of the last force evaluation
     HeatSum heat;                       // since it was last collected

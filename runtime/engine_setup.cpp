@@ -87,8 +87,8 @@ void Engine::set_laws(const core::Laws& laws) {
         // The rows mean something else now: every contact starts anew, with the touching bits kept.
         const int quads = core::history_doubles(laws) / 4;
         for (core::Tile& t : s.sub.tiles) {
-            t.pairs.history.assign(static_cast<std::size_t>(t.pairs.count) * quads, core::Quad{});
-            for (auto& w : t.walls) w.history.assign(static_cast<std::size_t>(w.count) * quads, core::Quad{});
+            t.pairs.void_histories(4 * quads);
+            for (auto& w : t.walls) w.void_histories(4 * quads);
         }
         core::ContactStore& store = s.sub.contacts;
         std::size_t n_rows = 0;
@@ -244,22 +244,21 @@ void Engine::check_overlaps(double max_overlap) {
     const core::Periods periods(s.model.settings.domain);
     agree(*s.comm, [&] {
         for (const core::Tile& tile : s.sub.tiles) {
-            for (std::uint32_t k = 0; k < tile.pairs.count; ++k) {
-                const core::CandidatePair pair = tile.pairs.pairs[k];
+            tile.pairs.each_pair([&](core::CandidatePair pair) {
                 const Particle &a = s.sub.particles[tile.index_of[pair.i]], &b = s.sub.particles[tile.index_of[pair.j]];
                 const core::Vec3d d = core::minimum_image(periods, core::make_vec3(a.position) - core::make_vec3(b.position));
                 const double overlap = a.radius + b.radius - std::sqrt(core::dot(d, d)), least = std::min(a.radius, b.radius);
                 if ((core::is_new(a) || core::is_new(b)) && overlap > max_overlap * least)
                     fail(ErrorKind::argument, "grains {} and {} overlap by {} m, {:.3g} of the smaller radius {} m; at most {} of it is allowed", std::min(a.label, b.label), std::max(a.label, b.label), overlap, overlap / least, least, max_overlap);
-            }
+            });
             for (std::size_t w = 0; w < tile.walls.size(); ++w)
-                for (std::uint32_t k = 0; k < tile.walls[w].count; ++k) {
-                    const Particle& p = s.sub.particles[tile.index_of[tile.walls[w].pairs[k].i]];
+                tile.walls[w].each_pair([&](core::CandidatePair pair) {
+                    const Particle& p = s.sub.particles[tile.index_of[pair.i]];
                     const core::WallPlane& plane = s.model.walls[w].plane;
                     const double overlap = p.radius - core::dot(core::make_vec3(p.position) - plane.point, plane.normal);
                     if (core::is_new(p) && overlap > max_overlap * p.radius)
                         fail(ErrorKind::argument, "grain {} reaches {} m into wall {}, {:.3g} of its radius {} m; at most {} of it is allowed", p.label, overlap, w, overlap / p.radius, p.radius, max_overlap);
-                }
+                });
         }
     });
 }

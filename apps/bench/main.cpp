@@ -72,8 +72,8 @@ void force(benchmark::State& state, const SceneOptions& o, const NamedLaws& laws
     count_grains(state, s);
     double pairs = 0.0, contacts = 0.0;
     for (const core::Tile& tile : s.sub.tiles) {
-        pairs += tile.pairs.count;
-        for (std::uint32_t k = 0; k < tile.pairs.count; ++k) contacts += tile.pairs.touches(k) ? 1.0 : 0.0;
+        pairs += tile.pairs.n_contacts + tile.pairs.n_candidates;
+        for (std::uint32_t k = 0; k < tile.pairs.n_contacts; ++k) contacts += tile.pairs.touches(k) ? 1.0 : 0.0;
     }
     state.counters["pairs"] = pairs;
     state.counters["contacts"] = contacts;

@@ -123,7 +123,7 @@ std::string pairing_fault(Communicator& comm, const std::vector<core::Particle>&
             const Label mine = grains[i].label, partner = contacts.entries[e].partner;
             if (partner >= core::kWallLabel) continue;
             core::Digest one;
-            one.add_contact(std::min(mine, partner), std::max(mine, partner), contacts.row(contacts.entries[e]), contacts.history_quads);
+            one.add_contact(std::min(mine, partner), std::max(mine, partner), contacts.values(contacts.entries[e].row), 4 * contacts.history_quads);
             balance.lo += mine < partner ? one.lo : -one.lo;
             balance.hi += mine < partner ? one.hi : -one.hi;
         }

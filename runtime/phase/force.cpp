@@ -11,14 +11,13 @@ void force_tile(EngineState& s, int t) {
         Tile& tile = s.sub.tiles[t];
         core::TileGrains& grains = s.tile_grains[Workers::current()];
         grains.gather(s.sub.particles.data(), tile.index_of);
-        core::TileForces work{{s.sub.particles.data(), s.sub.n_owned, tile.index_of.data(), tile.pairs.view()}, &grains, tile.sums.data()};
+        const core::TileForces work{{s.sub.particles.data(), s.sub.n_owned, tile.index_of.data()}, &grains, tile.sums.data()};
         std::fill(tile.sums.begin(), tile.sums.end(), core::ForceSum{});
         tile.breach = core::CapBreach{};
-        s.kernels.pair(s.force, work, tile.heat, tile.breach);
+        s.kernels.pair(s.force, work, tile.pairs, tile.heat, tile.breach);
         for (std::size_t w = 0; w < tile.walls.size(); ++w) {
-            work.contacts = tile.walls[w].view();
             tile.wall_sums[w] = core::WallSum{};
-            s.kernels.wall(s.force, s.model.walls[w].plane, static_cast<int>(w), work, tile.wall_sums[w], tile.heat, tile.breach);
+            s.kernels.wall(s.force, s.model.walls[w].plane, static_cast<int>(w), work, tile.walls[w], tile.wall_sums[w], tile.heat, tile.breach);
         }
         if (tile.breach.found) {
             const core::CapBreach& b = tile.breach;

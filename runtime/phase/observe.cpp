@@ -37,20 +37,14 @@ struct Sums {
 
 /// Visit every contact that this rank counts: pairs at the owner of the smaller label, and all of its wall contacts.
 template <class Visit>
-void each_contact(const EngineState& s, const core::ForceContext& context, Tile& tile, Visit visit) {
+void each_contact(const EngineState& s, const core::ForceContext& context, const Tile& tile, Visit visit) {
     const core::ProbeSet probes = core::select_probes(context.laws);
-    core::TileContacts work{s.sub.particles.data(), s.sub.n_owned, tile.index_of.data(), tile.pairs.view()};
-    for (std::uint32_t k = 0; k < tile.pairs.count; ++k) {
-        if (!tile.pairs.touches(k)) continue;
-        const core::CandidatePair p = tile.pairs.pairs[k];
-        if (tile.index_of[p.i] >= s.sub.n_owned) continue;
-        visit(probes.pair(context, work, k), tile.pairs, k);
-    }
-    for (std::size_t w = 0; w < tile.walls.size(); ++w) {
-        work.contacts = tile.walls[w].view();
-        for (std::uint32_t k = 0; k < tile.walls[w].count; ++k)
-            if (tile.walls[w].touches(k)) visit(probes.wall(context, s.model.walls[w].plane, static_cast<int>(w), work, k), tile.walls[w], k);
-    }
+    const core::TileIds ids{s.sub.particles.data(), s.sub.n_owned, tile.index_of.data()};
+    for (std::uint32_t k = 0; k < tile.pairs.n_contacts; ++k)
+        if (tile.pairs.touches(k) && tile.index_of[tile.pairs.contacts[k].i] < s.sub.n_owned) visit(probes.pair(context, ids, tile.pairs, k));
+    for (std::size_t w = 0; w < tile.walls.size(); ++w)
+        for (std::uint32_t k = 0; k < tile.walls[w].n_contacts; ++k)
+            if (tile.walls[w].touches(k)) visit(probes.wall(context, s.model.walls[w].plane, static_cast<int>(w), ids, tile.walls[w], k));
 }
 
 /// body(tile, sums) for every tile, summed over tiles and ranks.
@@ -99,7 +93,7 @@ Observation observe(EngineState& s) {
             if (s.model.groups[static_cast<std::size_t>(core::group_of(p))].mode == core::GroupMotion::Mode::free)
                 out.add(Sums::net, norm(contact_force + gravity * p.mass), u.force.scale);
         }
-        each_contact(s, s.force, tile, [&](const ContactView& c, const core::ContactListData&, std::uint32_t) {
+        each_contact(s, s.force, tile, [&](const ContactView& c) {
             out.add(Sums::elastic_normal, c.elastic_normal, u.torque.scale);
             out.add(Sums::elastic_tangential, c.elastic_tangential, u.torque.scale);
             out.add(Sums::elastic_rolling, c.elastic_rolling, u.torque.scale);
@@ -145,21 +139,22 @@ Observation observe(EngineState& s) {
 
 core::Digest digest(EngineState& s) {
     std::vector<core::Digest> parts(s.sub.tiles.size());
-    const int quads = core::history_doubles(s.model.settings.laws) / 4;
     s.workers.for_each(Phase::observe, static_cast<int>(s.sub.tiles.size()), [&](int t) {
         const Tile& tile = s.sub.tiles[t];
         core::Digest& d = parts[t];
         for (std::uint32_t k = 0; k < tile.count; ++k) d.add_grain(s.sub.particles[tile.first + k], tile.sums[k]);
-        for (std::uint32_t k = 0; k < tile.pairs.count; ++k) {
-            if (!tile.pairs.touches(k)) continue;
-            const core::CandidatePair p = tile.pairs.pairs[k];
-            const core::LocalIndex i = tile.index_of[p.i], j = tile.index_of[p.j];
-            if (i < s.sub.n_owned) d.add_contact(s.sub.particles[i].label, s.sub.particles[j].label, tile.pairs.history.data() + static_cast<std::size_t>(k) * quads, quads);
+        const auto add = [&](const core::ContactList& list, std::uint32_t k, core::LocalIndex i, core::Label partner) {
+            double row[core::kMaxHistoryDoubles];
+            list.get_history(k, row);
+            d.add_contact(s.sub.particles[i].label, partner, row, list.history_doubles);
+        };
+        for (std::uint32_t k = 0; k < tile.pairs.n_contacts; ++k) {
+            const core::CandidatePair p = tile.pairs.contacts[k];
+            if (tile.pairs.touches(k) && tile.index_of[p.i] < s.sub.n_owned) add(tile.pairs, k, tile.index_of[p.i], s.sub.particles[tile.index_of[p.j]].label);
         }
         for (std::size_t w = 0; w < tile.walls.size(); ++w)
-            for (std::uint32_t k = 0; k < tile.walls[w].count; ++k)
-                if (tile.walls[w].touches(k))
-                    d.add_contact(s.sub.particles[tile.index_of[tile.walls[w].pairs[k].i]].label, core::kWallLabel + static_cast<core::Label>(w), tile.walls[w].history.data() + static_cast<std::size_t>(k) * quads, quads);
+            for (std::uint32_t k = 0; k < tile.walls[w].n_contacts; ++k)
+                if (tile.walls[w].touches(k)) add(tile.walls[w], k, tile.index_of[tile.walls[w].contacts[k].i], core::kWallLabel + static_cast<core::Label>(w));
     });
     core::Digest sum;
     for (const core::Digest& d : parts) {
@@ -214,7 +209,7 @@ StressObservation observe_stress(EngineState& s, const double (&lo)[3], const do
             const core::Vec3d v = core::make_vec3(p.velocity);
             add_outer(out, v * -p.mass, v);
         }
-        each_contact(s, s.force, tile, [&](const ContactView& c, const core::ContactListData&, std::uint32_t) {
+        each_contact(s, s.force, tile, [&](const ContactView& c) {
             // A contact of grains counts where they touch; one with a wall, which lies on the edge of any box of the sand,
             // where its grain is.
             const Particle& i = s.sub.particles[c.particle_i];

@@ -114,7 +114,7 @@ void build_pairs(EngineState& s) {
     const core::CandidateSource source{sub.particles, sub.n_owned, sub.order, sub.cell_first, sub.ghost_cell_first, sub.ghost_order, sub.ghost_shift, sub.ghost_chunk, walls, s.model.skin()};
     s.workers.for_each(Phase::pair_build, static_cast<int>(sub.tiles.size()), [&](int t) {
         Tile& tile = sub.tiles[t];
-        core::build_candidates(source, sub.contacts.history_quads, tile, s.candidate_scratch[Workers::current()]);
+        core::build_candidates(source, 4 * sub.contacts.history_quads, tile, s.candidate_scratch[Workers::current()]);
         core::inherit_histories(sub.contacts, sub.slot_of, sub.particles, tile);
         find_watched_chunks(s, tile);
         tile.displacement.clear();

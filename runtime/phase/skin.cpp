@@ -55,8 +55,8 @@ void end_watch(EngineState& s) {
     w.force_seconds = s.workers.total(Phase::force).seconds - w.force_before;
     w.contacts = w.candidates = 0;
     for (const core::Tile& tile : s.sub.tiles) {
-        w.candidates += tile.pairs.count;
-        for (const std::uint8_t bits : tile.pairs.touching) w.contacts += std::popcount(bits);
+        w.contacts += tile.pairs.n_contacts;
+        w.candidates += tile.pairs.n_contacts + tile.pairs.n_candidates;
     }
     w.counted = true;
 }

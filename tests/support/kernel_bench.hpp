@@ -1,7 +1,7 @@
 // kernel_bench.hpp: a tile with random grains, candidate pairs and walls, on which a force kernel can be run. For tests from inside.
 #pragma once
 
-#include <cstring>
+#include <map>
 #include <vector>
 
 #include "bed.hpp"
@@ -87,60 +87,55 @@ struct KernelBench {
         }
         tile.count = static_cast<std::uint32_t>(n_grains);
         tile.sums.assign(particles.size(), core::ForceSum{});
+        tile.pairs.start(core::history_doubles(laws));
         for (int k = 0; k < n_pairs; ++k) {
             const int i = static_cast<int>(random.uniform(0, n_grains)), j = (i + 1 + static_cast<int>(random.uniform(0, n_grains - 1))) % n_grains;
             list(i, j);
         }
-        tile.pairs.prepare(core::history_doubles(laws) / 4);
         walls = {{{0, 0.4 * kRadius, 0}, {0, 1, 0}, {0.1, 0, 0.05}, n_materials}, {{0, 3.0 * kRadius, 0}, {0.6, -0.8, 0}, {0, 0.1, 0}, n_materials}};
         tile.walls.resize(walls.size());
         tile.wall_sums.resize(walls.size());
         for (auto& w : tile.walls) {
-            for (int k = 0; k < n_grains; ++k) w.pairs.push_back({static_cast<core::TileLocal>(k), static_cast<core::TileLocal>(k)});
-            w.prepare(core::history_doubles(laws) / 4);
+            w.start(core::history_doubles(laws));
+            for (int k = 0; k < n_grains; ++k) w.add_candidate({static_cast<core::TileLocal>(k), static_cast<core::TileLocal>(k)});
         }
     }
     void list(int a, int b) {
-        tile.pairs.pairs.push_back({static_cast<core::TileLocal>(a), static_cast<core::TileLocal>(b)});
-        core::CandidatePair& pair = tile.pairs.pairs.back();
-        if (particles[b].label < particles[a].label) std::swap(pair.i, pair.j);
+        if (particles[b].label < particles[a].label) std::swap(a, b);
+        tile.pairs.add_candidate({static_cast<core::TileLocal>(a), static_cast<core::TileLocal>(b)});
     }
     void clear_sums() {
         std::fill(tile.sums.begin(), tile.sums.end(), core::ForceSum{});
         std::fill(tile.wall_sums.begin(), tile.wall_sums.end(), core::WallSum{});
     }
-    core::TileForces work(core::ContactListData& list) {
-        return {{particles.data(), static_cast<core::LocalIndex>(particles.size()), tile.index_of.data(), list.view()}, &grains, tile.sums.data()};
-    }
     void evaluate(core::KernelWidth width, bool with_walls = true) {
         const core::KernelSet kernels = core::select_kernels(context.laws, context.ledger, width);
         grains.gather(particles.data(), tile.index_of);
-        kernels.pair(context, work(tile.pairs), heat, breach);
-        for (std::size_t w = 0; with_walls && w < walls.size(); ++w) kernels.wall(context, walls[w], static_cast<int>(w), work(tile.walls[w]), tile.wall_sums[w], heat, breach);
+        const core::TileForces work{{particles.data(), static_cast<core::LocalIndex>(particles.size()), tile.index_of.data()}, &grains, tile.sums.data()};
+        kernels.pair(context, work, tile.pairs, heat, breach);
+        for (std::size_t w = 0; with_walls && w < walls.size(); ++w) kernels.wall(context, walls[w], static_cast<int>(w), work, tile.walls[w], tile.wall_sums[w], heat, breach);
     }
     /// Move the grains a little, so that contacts come, go, slide and turn.
     void drift(double dt) {
         for (core::Particle& p : particles)
             for (int a = 0; a < 3; ++a) p.position[a] += dt * p.velocity[a];
     }
-    int touching_pairs() const {
-        int n = 0;
-        for (std::uint32_t k = 0; k < tile.pairs.count; ++k) n += tile.pairs.touches(k) ? 1 : 0;
-        return n;
-    }
 };
 
-/// The bits of rows that are not void, void ones as zeros.
-inline std::vector<std::uint64_t> history_bits(const core::ContactListData& list, int quads) {
-    std::vector<std::uint64_t> bits;
-    for (std::uint32_t k = 0; k < list.count; ++k)
-        for (int q = 0; q < quads; ++q)
-            for (int c = 0; c < 4; ++c) {
-                std::uint64_t b = 0;
-                if (list.touches(k)) std::memcpy(&b, &list.history[static_cast<std::size_t>(k) * quads + q].v[c], sizeof b);
-                bits.push_back(b);
-            }
-    return bits;
+using OpenContacts = std::map<std::pair<core::TileLocal, core::TileLocal>, std::vector<std::uint64_t>>;
+
+/// The contacts of a list that touch, and the bits of their histories.
+inline OpenContacts open_contacts(const core::ContactList& list) {
+    OpenContacts open;
+    for (std::uint32_t k = 0; k < list.n_contacts; ++k) {
+        if (!list.touches(k)) continue;
+        double row[core::kMaxHistoryDoubles];
+        list.get_history(k, row);
+        auto& bits = open[{list.contacts[k].i, list.contacts[k].j}];
+        bits.clear();
+        for (int c = 0; c < list.history_doubles; ++c) bits.push_back(__builtin_bit_cast(std::uint64_t, row[c]));
+    }
+    return open;
 }
 
 inline std::vector<std::int64_t> numbers(const std::vector<core::ForceSum>& sums) {

@@ -52,7 +52,7 @@ struct Lists {
     std::vector<std::uint32_t> cell_first;
     std::vector<Tile> tiles;
 
-    Lists(const System& s, std::size_t tile_grains, const std::vector<WallPlane>& walls = {}, int quads = 1) : particles(s.particles) {
+    Lists(const System& s, std::size_t tile_grains, const std::vector<WallPlane>& walls = {}, int history_doubles = 4) : particles(s.particles) {
         double lo[3] = {1e300, 1e300, 1e300}, hi[3] = {-1e300, -1e300, -1e300};
         for (const Particle& p : particles)
             for (int a = 0; a < 3; ++a) {
@@ -80,7 +80,7 @@ struct Lists {
         link_neighbours(order, tiles);
         const CandidateSource source{particles, n, order, cell_first, {}, {}, {}, {}, walls, kSkin};
         CandidateScratch scratch;
-        for (Tile& t : tiles) build_candidates(source, quads, t, scratch);
+        for (Tile& t : tiles) build_candidates(source, history_doubles, t, scratch);
         link_borders(tiles);
     }
 
@@ -88,12 +88,12 @@ struct Lists {
     std::map<PairOfLabels, int> listed() const {
         std::map<PairOfLabels, int> pairs;
         for (const Tile& t : tiles)
-            for (std::uint32_t k = 0; k < t.pairs.count; ++k) {
-                const Label a = particles[t.index_of[t.pairs.pairs[k].i]].label, b = particles[t.index_of[t.pairs.pairs[k].j]].label;
+            t.pairs.each_pair([&](CandidatePair pair) {
+                const Label a = particles[t.index_of[pair.i]].label, b = particles[t.index_of[pair.j]].label;
                 EXPECT_LT(a, b) << "i has the smaller label";
-                EXPECT_LT(t.pairs.pairs[k].own(), t.count) << "one of the two is the tile's";
+                EXPECT_LT(pair.own(), t.count) << "one of the two is the tile's";
                 ++pairs[{std::min(a, b), std::max(a, b)}];
-            }
+            });
         return pairs;
     }
 };

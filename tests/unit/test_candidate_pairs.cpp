@@ -180,7 +180,7 @@ TEST(CandidatePairs, list_a_wall_for_exactly_the_grains_whose_gap_is_below_the_s
                     clearance = std::min(clearance, gap);
             }
             EXPECT_EQ(t.wall_clearance[w], clearance);
-            for (std::uint32_t k = 0; k < t.walls[w].count; ++k) listed.insert(lists.particles[t.index_of[t.walls[w].pairs[k].i]].label);
+            t.walls[w].each_pair([&](CandidatePair pair) { listed.insert(lists.particles[t.index_of[pair.i]].label); });
         }
         EXPECT_EQ(listed, expected);
         EXPECT_GT(listed.size(), 3u);

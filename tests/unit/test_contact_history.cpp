@@ -26,14 +26,23 @@ System system_of(int n, std::uint64_t seed) {
     return random_system(lengths, {false, false, true}, n, seed);
 }
 
-/// Let about half of the candidates touch, with random rows.
+/// Let about half of the candidates touch, with random rows, and let some of those part again.
 void touch_some(Lists& lists, std::uint64_t seed) {
     Random random(seed);
-    const auto fill = [&](ContactListData& list) {
-        for (std::uint32_t k = 0; k < list.count; ++k) {
-            for (int q = 0; q < kQuads; ++q)
-                for (double& v : list.history[k * kQuads + q].v) v = random.uniform(-1.0, 1.0); // void rows hold rubbish
-            if (random.uniform(0.0, 1.0) < 0.5) list.touching[k / 8] = static_cast<std::uint8_t>(list.touching[k / 8] | 1u << (k % 8));
+    const auto fill = [&](ContactList& list) {
+        const std::vector<CandidatePair> all(list.candidates.begin(), list.candidates.begin() + list.n_candidates);
+        list.start(list.history_doubles);
+        for (const CandidatePair pair : all) {
+            const double lot = random.uniform(0.0, 1.0);
+            if (lot < 0.4) {
+                list.add_candidate(pair);
+                continue;
+            }
+            Row row;
+            for (double& v : row) v = random.uniform(-1.0, 1.0);
+            const std::uint32_t k = list.add_contact(pair);
+            list.set_touching(k, row.data());
+            if (lot < 0.5) list.touching[k / 8] = static_cast<std::uint8_t>(list.touching[k / 8] & ~(1u << k % 8)); // its row is void
         }
     };
     for (Tile& t : lists.tiles) {
@@ -44,13 +53,13 @@ void touch_some(Lists& lists, std::uint64_t seed) {
 
 Histories histories_of(const Lists& lists) {
     Histories h;
-    const auto take = [&](const ContactListData& list, const Tile& t, Label wall) {
-        for (std::uint32_t k = 0; k < list.count; ++k) {
+    const auto take = [&](const ContactList& list, const Tile& t, Label wall) {
+        for (std::uint32_t k = 0; k < list.n_contacts; ++k) {
             if (!list.touches(k)) continue;
-            const Label a = lists.particles[t.index_of[list.pairs[k].own()]].label;
-            const Label b = wall >= 0 ? wall : lists.particles[t.index_of[list.pairs[k].partner()]].label;
+            const Label a = lists.particles[t.index_of[list.contacts[k].own()]].label;
+            const Label b = wall >= 0 ? wall : lists.particles[t.index_of[list.contacts[k].partner()]].label;
             Row row;
-            std::memcpy(row.data(), &list.history[k * kQuads], sizeof row);
+            list.get_history(k, row.data());
             EXPECT_TRUE(h.insert({{std::min(a, b), std::max(a, b)}, row}).second);
         }
     };
@@ -83,13 +92,13 @@ std::vector<std::uint32_t> slots_of(const Lists& old, const Lists& now) {
 TEST(ContactHistory, survives_new_tiles_and_a_new_order_row_by_row) {
     for (std::uint64_t seed = 0; seed < 10; ++seed) {
         const System s = system_of(300, seed);
-        Lists old(s, 20, walls_of(s), kQuads);
+        Lists old(s, 20, walls_of(s), 4 * kQuads);
         touch_some(old, seed + 100);
         const Histories before = histories_of(old);
         ASSERT_GT(before.size(), 300u);
         const ContactStore store = lay_out(old);
         for (const std::size_t tile_grains : {7u, 60u, 100000u}) {
-            Lists now(s, tile_grains, walls_of(s), kQuads);
+            Lists now(s, tile_grains, walls_of(s), 4 * kQuads);
             const auto slots = slots_of(old, now);
             for (Tile& t : now.tiles) inherit_histories(store, slots, now.particles, t);
             EXPECT_EQ(histories_of(now), before);
@@ -99,7 +108,7 @@ TEST(ContactHistory, survives_new_tiles_and_a_new_order_row_by_row) {
 
 TEST(ContactHistory, has_an_entry_at_both_grains_of_a_pair_and_one_at_a_wall) {
     const System s = system_of(300, 77);
-    Lists lists(s, 20, walls_of(s), kQuads);
+    Lists lists(s, 20, walls_of(s), 4 * kQuads);
     touch_some(lists, 5);
     const Histories h = histories_of(lists);
     const ContactStore store = lay_out(lists);
@@ -125,18 +134,18 @@ TEST(ContactHistory, has_an_entry_at_both_grains_of_a_pair_and_one_at_a_wall) {
 
 TEST(ContactHistory, does_not_depend_on_the_order_in_which_tiles_are_laid_out) {
     const System s = system_of(300, 8);
-    Lists old(s, 20, walls_of(s), kQuads);
+    Lists old(s, 20, walls_of(s), 4 * kQuads);
     touch_some(old, 6);
     const Histories before = histories_of(old);
     const ContactStore store = lay_out(old, true);
-    Lists now(s, 33, walls_of(s), kQuads);
+    Lists now(s, 33, walls_of(s), 4 * kQuads);
     for (Tile& t : now.tiles) inherit_histories(store, slots_of(old, now), now.particles, t);
     EXPECT_EQ(histories_of(now), before);
 }
 
 TEST(ContactHistory, of_a_pair_that_is_listed_no_more_ends_and_a_new_pair_has_none) {
     System s = system_of(200, 9);
-    Lists old(s, 20, walls_of(s), kQuads);
+    Lists old(s, 20, walls_of(s), 4 * kQuads);
     touch_some(old, 7);
     const Histories before = histories_of(old);
     const ContactStore store = lay_out(old);
@@ -147,7 +156,7 @@ TEST(ContactHistory, of_a_pair_that_is_listed_no_more_ends_and_a_new_pair_has_no
         for (int a = 0; a < 3; ++a) s.particles[k].position[a] = random.uniform(s.domain.lo[a], s.domain.hi[a]);
         moved.insert(s.particles[k].label);
     }
-    Lists now(s, 20, walls_of(s), kQuads);
+    Lists now(s, 20, walls_of(s), 4 * kQuads);
     for (Tile& t : now.tiles) inherit_histories(store, slots_of(old, now), now.particles, t);
     const Histories after = histories_of(now);
     EXPECT_LT(after.size(), before.size());
@@ -167,7 +176,7 @@ TEST(ContactHistory, of_a_pair_that_is_listed_no_more_ends_and_a_new_pair_has_no
 
 TEST(ContactHistory, of_grains_that_arrive_is_appended_and_found) {
     const System s = system_of(120, 10);
-    Lists whole(s, 20, walls_of(s), kQuads);
+    Lists whole(s, 20, walls_of(s), 4 * kQuads);
     touch_some(whole, 8);
     const Histories before = histories_of(whole);
     const ContactStore all = lay_out(whole);
@@ -187,7 +196,7 @@ TEST(ContactHistory, of_grains_that_arrive_is_appended_and_found) {
         slots[g] = static_cast<std::uint32_t>(store.first.size() - 1);
         store.append(partners.data(), rows.data(), static_cast<std::uint32_t>(partners.size()));
     }
-    Lists now(s, 20, walls_of(s), kQuads);
+    Lists now(s, 20, walls_of(s), 4 * kQuads);
     for (Tile& t : now.tiles) inherit_histories(store, slots, now.particles, t);
     EXPECT_EQ(histories_of(now), before);
 }

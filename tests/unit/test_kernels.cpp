@@ -8,18 +8,15 @@ namespace {
 
 using test::KernelBench;
 using test::all_laws;
-using test::history_bits;
 using test::name_of;
 using test::numbers;
+using test::open_contacts;
 
 void expect_equal(const KernelBench& a, const KernelBench& b) {
-    const int quads = history_doubles(a.context.laws) / 4;
     EXPECT_EQ(numbers(a.tile.sums), numbers(b.tile.sums));
-    EXPECT_EQ(a.tile.pairs.touching, b.tile.pairs.touching);
-    EXPECT_EQ(history_bits(a.tile.pairs, quads), history_bits(b.tile.pairs, quads));
+    EXPECT_EQ(open_contacts(a.tile.pairs), open_contacts(b.tile.pairs));
     for (std::size_t w = 0; w < a.walls.size(); ++w) {
-        EXPECT_EQ(a.tile.walls[w].touching, b.tile.walls[w].touching);
-        EXPECT_EQ(history_bits(a.tile.walls[w], quads), history_bits(b.tile.walls[w], quads));
+        EXPECT_EQ(open_contacts(a.tile.walls[w]), open_contacts(b.tile.walls[w]));
         EXPECT_EQ(a.tile.wall_sums[w].contacts, b.tile.wall_sums[w].contacts);
         for (int c = 0; c < 3; ++c) {
             EXPECT_TRUE(a.tile.wall_sums[w].force[c] == b.tile.wall_sums[w].force[c]);
@@ -65,8 +62,9 @@ TEST(Kernels, every_width_gives_the_bits_of_one_lane_in_every_law_with_and_witho
                     expect_equal(scalar, vectors[w]);
                     vectors[w].drift(2.0e-4);
                 }
-                least = std::min(least, scalar.touching_pairs());
-                most = std::max(most, scalar.touching_pairs());
+                const auto open = static_cast<int>(open_contacts(scalar.tile.pairs).size());
+                least = std::min(least, open);
+                most = std::max(most, open);
                 scalar.drift(2.0e-4);
             }
             EXPECT_FALSE(scalar.breach.found);
@@ -99,16 +97,13 @@ TEST(Kernels, every_number_of_pairs_up_to_three_batches_gives_the_same_bits_at_e
 }
 
 /// Contacts open before and after keep their rows to the bit; one that is new has a row of zeros.
-void expect_histories_kept(const ContactListData& before, const ContactListData& after, int quads) {
+void expect_histories_kept(const ContactList& before, const ContactList& after) {
     int kept = 0;
-    for (std::uint32_t k = 0; k < after.count; ++k) {
-        if (!after.touches(k)) continue;
-        kept += before.touches(k) ? 1 : 0;
-        for (int q = 0; q < quads; ++q)
-            for (int c = 0; c < 4; ++c) {
-                const std::size_t row = static_cast<std::size_t>(k) * static_cast<std::size_t>(quads) + static_cast<std::size_t>(q);
-                EXPECT_EQ(after.history[row].v[c], before.touches(k) ? before.history[row].v[c] : 0.0) << "entry " << k;
-            }
+    const auto open = open_contacts(before);
+    for (const auto& [pair, row] : open_contacts(after)) {
+        const auto found = open.find(pair);
+        kept += found != open.end() ? 1 : 0;
+        EXPECT_EQ(row, found != open.end() ? found->second : std::vector<std::uint64_t>(row.size(), 0)) << "contact of " << pair.first << " and " << pair.second;
     }
     EXPECT_GT(kept, 0);
 }
@@ -117,16 +112,15 @@ TEST(Kernels, an_evaluation_that_does_not_advance_changes_no_history_of_an_open_
     for (const Laws& laws : all_laws())
         for (const KernelWidth width : all_widths()) {
             SCOPED_TRACE(name_of(laws));
-            const int quads = history_doubles(laws) / 4;
             KernelBench bench(laws, 40, 150, 2, 5);
             bench.evaluate(width);
             bench.drift(5.0e-4);
-            const ContactListData pairs = bench.tile.pairs, wall = bench.tile.walls[0];
+            const ContactList pairs = bench.tile.pairs, wall = bench.tile.walls[0];
             bench.clear_sums();
             bench.context.advance = false;
             bench.evaluate(width);
-            expect_histories_kept(pairs, bench.tile.pairs, quads);
-            expect_histories_kept(wall, bench.tile.walls[0], quads);
+            expect_histories_kept(pairs, bench.tile.pairs);
+            expect_histories_kept(wall, bench.tile.walls[0]);
             const auto sums = numbers(bench.tile.sums);
             EXPECT_NE(std::count(sums.begin(), sums.end(), 0), static_cast<std::ptrdiff_t>(sums.size())) << "forces are computed all the same";
             bench.clear_sums();
@@ -169,7 +163,7 @@ TEST(Kernels, grains_and_walls_together_sum_to_integer_zero) {
 TEST(Kernels, sums_are_the_same_in_any_order_of_pairs) {
     KernelBench one(Laws{}, 40, 150, 2, 33);
     KernelBench other = one;
-    std::reverse(other.tile.pairs.pairs.begin(), other.tile.pairs.pairs.begin() + other.tile.pairs.count);
+    std::reverse(other.tile.pairs.candidates.begin(), other.tile.pairs.candidates.begin() + other.tile.pairs.n_candidates);
     one.evaluate(KernelWidth::automatic);
     other.evaluate(KernelWidth::automatic);
     EXPECT_EQ(numbers(one.tile.sums), numbers(other.tile.sums));
@@ -178,9 +172,7 @@ TEST(Kernels, sums_are_the_same_in_any_order_of_pairs) {
 TEST(Kernels, a_contact_that_opens_and_closes_again_starts_from_a_void_history) {
     KernelBench bench(Laws{}, 2, 0, 1, 1);
     Particle &a = bench.particles[0], &b = bench.particles[1];
-    bench.tile.pairs.pairs.clear();
     bench.list(0, 1);
-    bench.tile.pairs.prepare(1);
     for (int c = 0; c < 3; ++c) b.position[c] = a.position[c] = 5.0e-3;
     b.position[1] += 0.95 * (a.radius + b.radius);
     a.velocity[0] = 1.0;
@@ -191,11 +183,11 @@ TEST(Kernels, a_contact_that_opens_and_closes_again_starts_from_a_void_history) 
         return numbers(bench.tile.sums);
     };
     const auto fresh = first_step();
-    ASSERT_TRUE(bench.tile.pairs.touches(0));
+    ASSERT_EQ(open_contacts(bench.tile.pairs).size(), 1u);
     EXPECT_NE(first_step(), fresh) << "the second step has a history";
     b.position[1] += a.radius;
     first_step();
-    EXPECT_FALSE(bench.tile.pairs.touches(0));
+    EXPECT_TRUE(open_contacts(bench.tile.pairs).empty());
     b.position[1] -= a.radius;
     b.position[1] = a.position[1] + 0.95 * (a.radius + b.radius);
     EXPECT_EQ(first_step(), fresh);
@@ -219,9 +211,7 @@ TEST(Kernels, a_force_at_the_cap_is_summed_and_one_above_it_is_reported_with_the
         }
         a.position[2] = 0.0;
         b.position[2] = 0.5e-3; // an overlap of 0.5e-3: the force is then exactly stiffness * overlap
-        bench.tile.pairs.pairs.clear();
         bench.list(0, 1);
-        bench.tile.pairs.prepare(0);
         bench.context.pairs[0][0].damping_n = 0.0;
         bench.context.pairs[0][0].stiffness_n = 2.0;
         const double force = 2.0 * ((0.5e-3 + 0.5e-3) - 0.5e-3);
@@ -261,7 +251,7 @@ TEST(Kernels, the_breach_named_is_the_one_with_the_smallest_labels_whatever_the_
     KernelBench one(Laws{}, 40, 150, 1, 8);
     one.context.units.force = FixedUnit::for_cap(1e-9);
     KernelBench other = one;
-    std::reverse(other.tile.pairs.pairs.begin(), other.tile.pairs.pairs.begin() + other.tile.pairs.count);
+    std::reverse(other.tile.pairs.candidates.begin(), other.tile.pairs.candidates.begin() + other.tile.pairs.n_candidates);
     one.evaluate(KernelWidth::four, false);
     other.evaluate(KernelWidth::scalar, false);
     ASSERT_TRUE(one.breach.found);
