@@ -133,18 +133,27 @@ double Engine::critical_step() {
 void Engine::refresh_lists() {
     EngineState& s = *state_;
     const core::Domain& d = s.model.settings.domain;
-    const double reach = s.model.reach();
+    const double reach = s.model.required_reach();
     for (int a = 0; a < 3; ++a) {
         if (d.periodic[a] && d.length(a) < 2.0 * reach)
             fail(ErrorKind::argument, "the periodic length along {} is {} m, below 2 (d_max + skin) = {} m: a grain would meet the same partner twice. Make the domain longer, the skin smaller, or the axis closed", "xyz"[a], d.length(a), 2.0 * reach);
         if (s.slices.grid()[a] > 1 && d.length(a) / s.slices.grid()[a] < reach)
             fail(ErrorKind::argument, "{} subdomains along {} would be {} m wide, less than the halo of {} m (d_max + skin): use fewer ranks, or cut another axis (settings.rank_grid)", s.slices.grid()[a], "xyz"[a], d.length(a) / s.slices.grid()[a], reach);
     }
+    s.watch.disturbed = true;
     rebuild(s, !sliced_);
     sliced_ = true;
     rebuild_due_ = false;
     lists_stale_ = false;
     verdict_stale_ = true;
+}
+
+/// Grains may move farther in the next step than the lists foresee. That is no worse with a skin that has become narrow at rest
+/// than with the first one.
+void Engine::expect_motion() {
+    const Model& m = state_->model;
+    verdict_stale_ = true;
+    lists_stale_ = lists_stale_ || (m.automatic_skin() && m.skin_share < core::kFirstSkin);
 }
 
 /// What the ranks were told must be the same, bit for bit; and what one of them knows to be stale is stale for all.

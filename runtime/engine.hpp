@@ -73,6 +73,7 @@ private:
     void derive_parameters();
     void set_rank_grid();
     void refresh_lists();
+    void expect_motion();
     void first_forces();
     void note_radii(const std::vector<NewGrain>& grains);
     void append(const std::vector<NewGrain>& grains);
@@ -100,6 +101,7 @@ private:
     bool verdict_stale_ = true; // the carried rebuild decision knows nothing of the present velocities
     bool sliced_ = false;
     bool rebuild_due_ = false;
+    std::int64_t verdict_step_ = 0; // at which the verdict under way was taken
     std::string trace_path_;
     std::int64_t trace_left_ = 0;
 };

@@ -106,7 +106,7 @@ void Engine::set_time_step(double dt) {
     fold_wall_work();
     state_->model.settings.time_step = dt;
     setup_stale_ = true;
-    verdict_stale_ = true;
+    expect_motion();
 }
 
 void Engine::set_gravity(const double (&g)[3]) {
@@ -126,7 +126,7 @@ void Engine::set_group(int group, const core::GroupMotion& motion) {
     if (mode < 0 || mode > 2) fail(ErrorKind::argument, "group mode {}: not one of TALUS_GROUP_*", mode);
     state_->model.groups[static_cast<std::size_t>(group)] = motion;
     setup_stale_ = true;
-    verdict_stale_ = true;
+    expect_motion();
 }
 
 void Engine::check_labels(const std::vector<NewGrain>& grains) {

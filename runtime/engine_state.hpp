@@ -12,6 +12,7 @@
 #include "core/contact_probe.hpp"
 #include "core/error.hpp"
 #include "core/integrate.hpp"
+#include "core/skin_choice.hpp"
 #include "core/slice_grid.hpp"
 #include "runtime/comm/communicator.hpp"
 #include "runtime/comm/halo.hpp"
@@ -52,6 +53,23 @@ struct Counters {
     double imbalance = 1.0;       // max/mean of busy time over the last list's life
 };
 
+/// The lists in use, or those last in use, as this rank saw them; and what is agreed about their skin.
+struct ListWatch {
+    // Of this rank.
+    std::int64_t built_step = 0;
+    double rebuild_seconds = 0.0;   // that they took, times threads
+    double force_before = 0.0;      // s of the force phase at their start
+    double force_seconds = 0.0;     // busy in their life
+    std::int64_t contacts = 0, candidates = 0;
+    bool counted = false;           // they are gone, and the two lines above are theirs
+    bool disturbed = false;         // what comes is not what was: the host has changed grains, or how they move
+    // The same on every rank.
+    std::int64_t steps = -1;        // of their life at the last verdict on them, -1 before the first
+    double skin_use = 0.0;          // SkinUse::foreseen over all ranks
+    double apart = 0.0;             // m, foreseen relative displacement of any two grains
+    core::SkinModel known;          // as of the last lists that were agreed on
+};
+
 struct EngineState {
     EngineState(const Settings& settings, std::unique_ptr<Communicator> communicator)
         : comm(std::move(communicator)), halo(*comm), workers(settings.threads),
@@ -67,6 +85,7 @@ struct EngineState {
     Workers workers;
     ErrorSlot errors;
     Counters counters;
+    ListWatch watch;
 
     // One firing of the step graph: what its nodes read.
     core::ForceContext force;

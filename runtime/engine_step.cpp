@@ -20,6 +20,7 @@ enum Reduced : int { kSeverity, kSkinUse, kStop, kMinusLow, kHigh = kMinusLow + 
 
 std::vector<double> Engine::local_verdict() {
     EngineState& s = *state_;
+    verdict_step_ = s.model.step;
     std::vector<double> v(kReduced, 0.0);
     const SkinUse use = skin_use(s);
     if (use.now > 1.0)
@@ -45,7 +46,8 @@ Engine::Verdict Engine::agree_on_step(const std::vector<double>& reduced) {
         apart += std::isfinite(width) ? width * width : 0.0;
     }
     const double reach = state_->model.reach();
-    v.rebuild = !(reduced[kSkinUse] < 1.0) || !(apart < reach * reach);
+    const bool outlived = watch_lists(*state_, verdict_step_ - state_->watch.built_step, reduced[kSkinUse], std::sqrt(apart));
+    v.rebuild = !(reduced[kSkinUse] < 1.0) || !(apart < reach * reach) || outlived;
     v.stop = reduced[kStop] > 0.0;
     return v;
 }
@@ -170,13 +172,10 @@ void Engine::first_forces() {
     }
 }
 
-void rebuild(EngineState& s, bool first) {
-    empty_tiles(s);
-    rebalance(s, first);
-    agree(*s.comm, [&] { bin_grains(s); });
-    s.workers.timed(Phase::halo_exchange, 0, [&] { s.halo.build(s.slices, s.model.settings.domain, s.model.reach(), s.sub); });
-    agree(*s.comm, [&] { build_pairs(s); });
+namespace {
 
+/// The nodes of a step follow the tiles and neighbours; a graph that still fits is kept.
+void renew_graph(EngineState& s) {
     GraphShape shape;
     shape.talks = s.parallel() && s.halo.talks();
     for (const core::Tile& t : s.sub.tiles) {
@@ -184,8 +183,6 @@ void rebuild(EngineState& s, bool first) {
         shape.sees_ghosts.push_back(!t.ghost_chunks.empty());
     }
     for (int k = 0; k < s.halo.n_neighbours(); ++k) shape.tiles_of_send.push_back(s.halo.tiles_of(k));
-    ++s.counters.rebuilds;
-    s.counters.busy_at_rebuild = s.workers.busy();
     if (s.graph && s.graph->shape() == shape) return;
 
     StepHooks hooks;
@@ -219,6 +216,23 @@ void rebuild(EngineState& s, bool first) {
     };
     s.graph.reset();
     s.graph = std::make_unique<StepGraph>(s.workers, std::move(shape), std::move(hooks));
+}
+
+} // namespace
+
+void rebuild(EngineState& s, bool first) {
+    const auto from = Workers::Clock::now();
+    empty_tiles(s);
+    const double busy = s.workers.busy() - s.counters.busy_at_rebuild;
+    rebalance(s, first, busy, choose_skin(s, busy));
+    agree(*s.comm, [&] { bin_grains(s); });
+    s.workers.timed(Phase::halo_exchange, 0, [&] { s.halo.build(s.slices, s.model.settings.domain, s.model.reach(), s.sub); });
+    agree(*s.comm, [&] { build_pairs(s); });
+    ++s.counters.rebuilds;
+    s.counters.busy_at_rebuild = s.workers.busy();
+    renew_graph(s);
+    // Threads that have nothing to do in a rebuild cannot do anything else.
+    begin_watch(s, s.workers.threads() * std::chrono::duration<double>(Workers::Clock::now() - from).count());
 }
 
 void refresh_contexts(EngineState& s) {

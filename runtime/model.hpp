@@ -7,6 +7,7 @@
 
 #include "core/force_kernel.hpp"
 #include "core/particles.hpp"
+#include "core/skin_choice.hpp"
 #include "runtime/settings.hpp"
 
 namespace talus::runtime {
@@ -31,9 +32,15 @@ struct Model {
     double radius_max = 0.0, radius_min = 0.0; // m, over all grains ever inserted
     std::int64_t n_particles = 0;              // over all ranks
 
-    double skin() const { return settings.skin > 0.0 ? settings.skin : kDefaultSkin * 2.0 * radius_max; }
+    double skin_share = core::kFirstSkin; // of the largest diameter, for lists with an automatic skin; only a rebuild changes it
+
+    bool automatic_skin() const { return !(settings.skin > 0.0); }
+    double diameter() const { return 2.0 * radius_max; }
+    double skin() const { return automatic_skin() ? skin_share * diameter() : settings.skin; }
     /// Farthest distance of centres of a listed pair.
-    double reach() const { return 2.0 * radius_max + skin(); }
+    double reach() const { return diameter() + skin(); }
+    /// What a run must have room for: an automatic skin counts as at first, so that no refusal depends on the choice.
+    double required_reach() const { return diameter() + (automatic_skin() ? core::kFirstSkin * diameter() : settings.skin); }
 };
 
 /// The parts of a model that the user sets, and a number for each that differs when a bit does. What only concerns one rank

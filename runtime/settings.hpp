@@ -19,7 +19,7 @@ struct Settings {
     double gravity[3] = {0.0, -9.81, 0.0};
     double time_step = 0.0;
     double time_step_limit = 0.5;
-    double skin = 0.0;
+    double skin = 0.0; // 0: chosen at rebuilds
     double radius_max = 0.0;
     int tile_grains = 0;
     Rebalance rebalance = Rebalance::automatic;
@@ -36,7 +36,6 @@ std::string settings_faults(const Settings& s, int n_ranks);
 std::string laws_faults(const core::Laws& laws);
 
 inline constexpr int kMaxThreads = 1024;
-inline constexpr double kDefaultSkin = 0.1;        // of the largest diameter
 inline constexpr int kDefaultTileGrains = 1024;    // records, sums, pairs and histories of a tile then fit in L2
 
 } // namespace talus::runtime

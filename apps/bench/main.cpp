@@ -48,8 +48,11 @@ void count_grains(benchmark::State& state, const runtime::EngineState& s) {
 void whole_step(benchmark::State& state, const SceneOptions& o, const NamedLaws& laws) {
     const EnginePtr engine = make_bed(o, laws_of(laws));
     constexpr std::int64_t kSteps = 50;
-    for (auto _ : state) check(talus_engine_step(engine.get(), kSteps, nullptr), engine.get());
     const auto& s = engine->engine->state();
+    const std::int64_t steps_before = s.model.step, rebuilds_before = s.counters.rebuilds;
+    for (auto _ : state) check(talus_engine_step(engine.get(), kSteps, nullptr), engine.get());
+    state.counters["skin/d"] = s.model.skin() / s.model.diameter();
+    state.counters["rebuilds/step"] = static_cast<double>(s.counters.rebuilds - rebuilds_before) / static_cast<double>(s.model.step - steps_before);
     state.counters["grain-steps/s"] = benchmark::Counter(static_cast<double>(s.sub.n_owned * kSteps), benchmark::Counter::kIsIterationInvariantRate);
     state.counters["B/grain"] = static_cast<double>(s.sub.bytes()) / s.sub.n_owned;
 }

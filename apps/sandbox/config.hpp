@@ -116,7 +116,7 @@ struct Config {
     } bed;
 
     struct Engine {
-        std::optional<double> skin;
+        double skin = 0;
         std::int64_t tile_grains = 0;
         std::int32_t rebalance = TALUS_REBALANCE_AUTO;
         std::array<std::int64_t, 3> rank_grid{0, 0, 0};

@@ -162,8 +162,8 @@ std::vector<Key> other_keys() {
          kAny},
         {"bed", "max_overlap", "1", "refuse a bed with a larger overlap, as a share of the smaller radius",
          TALUS_SLOT(bed.max_overlap), {0, 1, true}},
-        {"engine", "skin", "m", "reach of the candidate list beyond touch; changes no bits", TALUS_SLOT(engine.skin),
-         kAboveZero, {}, {}, "a tenth of the largest diameter"},
+        {"engine", "skin", "m", "reach of the candidate list beyond touch, 0: chosen from the motion while running; "
+         "changes no bits", TALUS_SLOT(engine.skin), kFromZero},
         {"engine", "tile_grains", "1", "grains aimed at in a tile, 0: chosen; changes no bits",
          TALUS_SLOT(engine.tile_grains), {0, 1e9}},
         {"engine", "rebalance", "", "moving of subdomain cuts; changes no bits", TALUS_SLOT(engine.rebalance), kAny, {},

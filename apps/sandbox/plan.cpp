@@ -109,6 +109,9 @@ private:
                 if (c_.is_given(key)) fault({key, "walls.rigid"}, "means nothing for rigid walls; remove it or walls.rigid");
     }
 
+    // What the box must have room for: an automatic skin keeps to the room there is, but a tenth of the diameter is required.
+    double skin() const { return c_.engine.skin > 0 ? c_.engine.skin : 0.2 * plan_.radius_max; }
+
     void geometry_of_bed() {
         plan_.has_bed_file = true;
         plan_.grains = bed_->count;
@@ -118,7 +121,7 @@ private:
         plan_.grain_mass = plan_.grain_volume * c_.sand.density;
         plan_.lo = bed_->lo;
         plan_.hi = bed_->hi;
-        plan_.skin = c_.engine.skin.value_or(0.2 * plan_.radius_max);
+        plan_.skin = skin();
     }
 
     void geometry_of_fill() {
@@ -133,7 +136,7 @@ private:
         // The mean of r^3 over a uniform distribution from a to b is (a + b)(a^2 + b^2)/4.
         plan_.grain_volume = 4 * kPi / 3 * (a + b) * (a * a + b * b) / 4;
         plan_.grain_mass = plan_.grain_volume * sand.density;
-        plan_.skin = c_.engine.skin.value_or(0.2 * b);
+        plan_.skin = skin();
         plan_.hi = {c_.box.length, 0, c_.box.width};
 
         // What is to be levelled must stick out first.
@@ -243,7 +246,7 @@ private:
     }
 
     void engine() {
-        if (c_.engine.skin && *c_.engine.skin > 4 * plan_.radius_max && plan_.radius_max > 0)
+        if (c_.engine.skin > 4 * plan_.radius_max && plan_.radius_max > 0)
             fault({"engine.skin", "sand.diameter_mean"},
                   fmt::format("is larger than two grains; a twentieth to a fifth of the diameter ({:.2g} to {:.2g} m) is fast",
                               0.1 * plan_.radius_max, 0.4 * plan_.radius_max));

@@ -24,7 +24,7 @@ struct Plan {
     std::array<double, 3> lo{};            // [m] the domain; walls stand on its faces
     std::array<double, 3> hi{};
     double fill_top = 0;      // [m] height the loose fill reaches
-    double skin = 0;          // [m]
+    double skin = 0;          // [m] there must be room for
     double critical_step = 0; // [s] Rayleigh step of the smallest grain
     double step = 0;          // [s]
     double fall_time = 0;     // [s] free fall of the fill's top: no bed is at rest before

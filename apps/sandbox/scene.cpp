@@ -47,7 +47,7 @@ talus_settings settings_of(const Config& config, const Plan& plan, std::int32_t 
     settings.gravity[0] = settings.gravity[2] = 0;
     settings.gravity[1] = -config.box.gravity;
     settings.time_step = plan.step;
-    settings.skin = config.engine.skin.value_or(0);
+    settings.skin = config.engine.skin;
     settings.radius_max = plan.radius_max;
     settings.tile_grains = static_cast<std::int32_t>(config.engine.tile_grains);
     settings.rebalance = config.engine.rebalance;

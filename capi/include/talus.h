@@ -109,12 +109,16 @@ typedef struct talus_settings {
     int32_t header_version;  /* set by _init: TALUS_VERSION_NUMBER of the header compiled against */
     double domain_lo[3];     /* [m] lower corner of the domain; no default */
     double domain_hi[3];     /* [m] upper corner, above the lower one; no default */
-    int32_t periodic[3];     /* 0 or 1 for x, y, z; default 0. A periodic length below 2 (d_max + skin) is refused */
+    int32_t periodic[3];     /* 0 or 1 for x, y, z; default 0. A periodic length below 2 (d_max + skin) is refused,
+                              * with an automatic skin 2.2 d_max */
     int32_t threads;         /* > 0 worker threads of this rank; default 1 */
     double gravity[3];       /* [m/s^2] default 0 -9.81 0: y is up */
     double time_step;        /* [s] > 0; no default. See talus_engine_critical_step() */
     double time_step_limit;  /* [1] refuse a step above this fraction of the Rayleigh step; default 0.5 */
-    double skin;             /* [m] >= 0 list skin; 0 (default): 0.1 of the largest diameter. Changes no bits */
+    double skin;             /* [m] list skin, pinned if > 0; 0 (default): automatic. It is then 0.1 of the largest diameter
+                              * at first, and at rebuilds of the lists moves to where a step takes least time, in 0.02 to 0.5
+                              * diameters and within the room of the domain. Changes no bits, but as it depends on measured
+                              * times, rebuilds and migrations differ from run to run. Not part of a checkpoint */
     double radius_max;       /* [m] largest radius that will ever be inserted; 0 (default): that of the grains at first step */
     int32_t tile_grains;     /* grains aimed at in a tile; 0 (default): chosen. Changes no bits */
     int32_t rebalance;       /* TALUS_REBALANCE_*; default AUTO */
@@ -303,7 +307,7 @@ typedef struct talus_state {
     int64_t rebalances;       /* rebuilds at which cuts moved */
     int64_t migrations;       /* grains that changed rank, over all ranks */
     double imbalance;         /* [1] max/mean of busy time over ranks since the last rebuild */
-    double skin;              /* [m] */
+    double skin;              /* [m] of the present lists */
     double bytes_per_particle;/* largest over ranks of engine bytes / grains */
     double kinetic_energy;    /* [J] translation and rotation */
     double max_speed;         /* [m/s] */

@@ -23,6 +23,7 @@ void empty_tiles(EngineState& s) {
     Subdomain& sub = s.sub;
     if (sub.laid_out) return;
     sub.laid_out = true;
+    end_watch(s);
     lay_out_contacts(s, sub.contacts);
     sub.sums.assign(sub.n_owned, core::ForceSum{});
     sub.slot_of.resize(sub.n_owned);

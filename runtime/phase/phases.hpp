@@ -6,10 +6,11 @@
 //   pair_build     grains, ghosts, contact store          candidate lists, histories, borders    -
 //   force          grains, ghosts, lists                  sums, histories of one tile            -
 //   integrate      sums, neighbours' border rows          grains, sums of one tile               -
+//   skin           counts, times and use of the lists     the skin of the next ones              all
 //   rebalance      grains, busy times                     cuts; which rank owns which grain      all
 //   observe        everything                             nothing                                all
 //
-// A rebuild is: lay out contacts, rebalance (cuts, migrate), binning, halo build, pair build with inheritance.
+// A rebuild is: lay out contacts, choose the skin, rebalance (cuts, migrate), binning, halo build, pair build with inheritance.
 #pragma once
 
 #include "runtime/engine_state.hpp"
@@ -22,8 +23,17 @@ void lay_out_contacts(EngineState& s, core::ContactStore& store);
 /// Take contacts, sums and heat out of the tiles into sub.contacts, sub.sums and sub.heat, and drop tiles and ghosts; nothing to do if
 /// that has been done since the last build. [local]
 void empty_tiles(EngineState& s);
+/// Notes on the lists, from which the next skin follows: when they are built, before they go, and at every verdict on them.
+/// @param rebuild_seconds  that they took, times threads [local]
+void begin_watch(EngineState& s, double rebuild_seconds);
+void end_watch(EngineState& s);
+/// The arguments must be the same on all ranks. @return whether it is time for a better skin [local]
+bool watch_lists(EngineState& s, std::int64_t steps, double skin_use, double apart);
+/// Choose the skin of the coming lists, if it is automatic. @param busy  seconds of this rank since the last rebuild
+/// @return their mean over ranks, from the same reduction [collective]
+double choose_skin(EngineState& s, double busy);
 /// Move cuts if the policy says so, and bring every grain to its owner with its contacts. [collective]
-void rebalance(EngineState& s, bool first);
+void rebalance(EngineState& s, bool first, double busy, double mean_busy);
 /// Order the owned grains by tile, cell and label; give tiles their ranges. Fails on grains outside the domain. [local]
 void bin_grains(EngineState& s);
 /// Candidate lists, borders and inherited histories of all tiles (the paper's Fig. 8). [local]

@@ -138,10 +138,9 @@ void migrate(EngineState& s) {
 
 } // namespace
 
-void rebalance(EngineState& s, bool first) {
+void rebalance(EngineState& s, bool first, double busy, double mean_busy) {
     if (!s.parallel()) return;
-    const double busy = s.workers.busy() - s.counters.busy_at_rebuild;
-    const double mean = std::max(1e-12, static_cast<double>(s.comm->sum(static_cast<std::int64_t>(busy * 1e9))) * 1e-9 / s.comm->size());
+    const double mean = std::max(1e-12, mean_busy);
     const double imbalance = s.comm->max(busy) / mean;
     if (!first) s.counters.imbalance = imbalance;
     s.workers.timed(Phase::rebalance, 0, [&] {

@@ -60,7 +60,8 @@ inline talus_state serial_reference(const Scene& scene, int64_t steps) {
 /// that three builds, each with a part of its own, cover the pairs with the builds too.
 inline std::vector<HowToRun> covering_runs() {
     constexpr int kRanks[] = {1, 2, 3, 4, 6};
-    constexpr double kSkins[] = {0.05, 0.2};
+    constexpr double kSkins[] = {0.05, 0.2, 0.0}; // the last one: automatic
+    constexpr int kShift[] = {0, 1, 2, 1, 0};       // such that skins meet all values of the others, and all parts
     constexpr int32_t kRebalance[] = {TALUS_REBALANCE_OFF, TALUS_REBALANCE_EVERY, TALUS_REBALANCE_RANDOM};
     int r = 0;
     while (r < 4 && kRanks[r] < world_size()) ++r;
@@ -71,7 +72,7 @@ inline std::vector<HowToRun> covering_runs() {
         HowToRun run;
         run.comm = world_handle();
         run.threads = t + 1;
-        run.skin = kSkins[(r + t) % 2];
+        run.skin = kSkins[(kShift[r] + t) % 3];
         run.rebalance = kRebalance[(r + t) % 3];
         run.tile_grains = 8 + 16 * ((r + 2 * t) % 3); // few, so that a sixth of a scene still has a tile for every thread
         runs.push_back(run);

@@ -19,7 +19,7 @@ namespace talus::test {
 struct HowToRun {
     int32_t comm = TALUS_SERIAL; // or a Fortran handle
     int32_t threads = 1;
-    double skin = 0.1; // of the largest diameter
+    double skin = 0.1; // of the mean diameter; 0: automatic
     int32_t rebalance = TALUS_REBALANCE_OFF;
     int32_t tile_grains = 128;
     int32_t rank_grid[3] = {0, 0, 0};
