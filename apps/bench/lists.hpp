@@ -1,4 +1,4 @@
-// apps/bench/lists.hpp: how many candidates and contacts stand in the lists. The one place here that knows how a list is stored.
+// apps/bench/lists.hpp: what stands in the lists, and the bytes that it takes. The one place here that knows how a list is stored.
 #pragma once
 
 #include "runtime/engine_state.hpp"
@@ -33,5 +33,17 @@ inline ListCounts count_walls(const runtime::EngineState& s) {
         for (const core::ContactListData& list : tile.walls) n += count_list(list);
     return n;
 }
+
+/// A candidate and its touching bit.
+inline constexpr double kCandidateBytes = sizeof(core::CandidatePair), kBitBytes = 1.0 / 8.0;
+
+// Bytes moved of lists, by the model of traffic.hpp; `row`: bytes of a history row.
+
+/// By a force evaluation: candidates are read, bits read and written, rows of contacts read and written.
+inline double force_bytes(const ListCounts& n, double row) { return n.candidates * (kCandidateBytes + 2.0 * kBitBytes) + n.contacts * 2.0 * row; }
+/// By laying contacts out grain by grain: the list is read twice, rows are copied.
+inline double layout_bytes(const ListCounts& n, double row) { return n.candidates * 2.0 * (kCandidateBytes + kBitBytes) + n.contacts * 2.0 * row; }
+/// By writing a list anew: candidates, bits, and a row for every candidate.
+inline double list_bytes(const ListCounts& n, double row) { return n.candidates * (kCandidateBytes + kBitBytes + row); }
 
 } // namespace talus::bench

@@ -1,7 +1,11 @@
-// talus-bench: what a phase costs.
+// talus-bench: what a step costs, and where it goes.
 //
-//   talus-bench [--bed FILE --axes xzy] [--grains N] [--threads T] [--skin M] [Google Benchmark's own options]
-//   talus-bench --write-bed FILE --scene NAME [--axes xzy] ...
+//   talus-bench [SCENE OPTIONS] [Google Benchmark's own options]   phases one by one, in every law and width
+//   talus-bench --table [--scene NAME] [--law NAME] [--steps N] [--warm N] [--json FILE] [SCENE OPTIONS]
+//       time, bytes, flops and roofs of each phase of a scene as it runs, and what the task graph costs
+//   talus-bench --write-bed FILE [--scene NAME] [SCENE OPTIONS]    a scene's grains, for other codes
+//
+// Scene options: [--bed FILE] [--axes xzy] [--grains N] [--threads T] [--skin M].
 #include <benchmark/benchmark.h>
 
 #include <CLI/CLI.hpp>
@@ -9,36 +13,79 @@
 #include "apps/bench/benchmarks.hpp"
 #include "apps/bench/grains.hpp"
 #include "apps/bench/laws.hpp"
+#include "apps/bench/table.hpp"
 
-int main(int argc, char** argv) {
-    using namespace talus::bench;
-    SceneOptions options;
-    std::string scene = "bed", write;
-    CLI::App app{"Phase timings of Talus; further options go to Google Benchmark (--benchmark_filter=..., --benchmark_format=json)."};
-    app.add_option("--scene", scene, "what --write-bed takes: bed, chute or gas")->check(CLI::IsMember({"bed", "chute", "gas"}))->capture_default_str();
-    app.add_option("--bed", options.bed, "bed file, text or HDF5; without it a bed is settled first")->check(CLI::ExistingFile);
-    app.add_option("--axes", options.axes, "which axes of the file are our x, y (up), z")->capture_default_str();
-    app.add_option("--grains", options.grains, "grains of scenes that are not of a file; 0: 20,000 of a bed, 50,000 of the others")->capture_default_str();
-    app.add_option("--threads", options.threads, "worker threads")->capture_default_str()->check(CLI::PositiveNumber);
-    app.add_option("--skin", options.skin, "list skin [m]; 0 chooses")->capture_default_str();
-    app.add_option("--write-bed", write, "write the scene's grains to a bed file");
+namespace {
+
+using namespace talus::bench;
+
+struct Options {
+    SceneOptions scene;
+    TableOptions table;
+    std::string name = "bed", law = "default", write, json;
+    bool wants_table = false;
+};
+
+Scene make_scene(const Options& o) {
+    if (o.name == "chute") return make_chute(o.scene);
+    if (o.name == "gas") return make_gas(o.scene);
+    return make_bed(o.scene, std::find_if(std::begin(kLaws), std::end(kLaws), [&](const NamedLaws& l) { return l.name == o.law; })->laws());
+}
+
+void add_options(CLI::App& app, Options& o) {
+    std::vector<std::string> laws;
+    for (const NamedLaws& l : kLaws) laws.emplace_back(l.name);
+    const auto* bed = app.add_option("--bed", o.scene.bed, "bed file, text or HDF5; without it a bed is settled first")->check(CLI::ExistingFile);
+    app.add_option("--axes", o.scene.axes, "which axes of the file are our x, y (up), z")->capture_default_str()->check(CLI::IsMember({"xyz", "xzy", "yxz", "yzx", "zxy", "zyx"}));
+    app.add_option("--grains", o.scene.grains, "grains of scenes that are not of a file; 0: 20,000 of a bed, 50,000 of the others")->capture_default_str()->check(CLI::NonNegativeNumber);
+    app.add_option("--threads", o.scene.threads, "worker threads")->capture_default_str()->check(CLI::PositiveNumber);
+    app.add_option("--skin", o.scene.skin, "list skin [m]; 0 chooses")->capture_default_str()->check(CLI::NonNegativeNumber);
+    auto* table = app.add_flag("--table", o.wants_table, "phases of a scene as it runs, with bytes, flops and what the machine could do");
+    auto* write = app.add_option("--write-bed", o.write, "write a scene's grains, with velocities, to a bed file")->excludes(table);
+    app.add_option("--scene", o.name, "of --table and --write-bed: bed, chute or gas")->capture_default_str()->check(CLI::IsMember({"bed", "chute", "gas"}));
+    app.add_option("--law", o.law, "of the bed")->capture_default_str()->check(CLI::IsMember(laws));
+    app.add_option("--steps", o.table.steps, "of --table, timed")->capture_default_str()->check(CLI::PositiveNumber)->needs(table);
+    app.add_option("--warm", o.table.warm, "of --table, before them")->capture_default_str()->check(CLI::NonNegativeNumber)->needs(table);
+    app.add_option("--json", o.json, "of --table: write the figures there")->needs(table);
+    app.callback([&o, bed, table, write] {
+        const bool one_scene = table->count() + write->count() > 0;
+        if (o.name != "bed" && !one_scene) throw CLI::ValidationError("--scene", "belongs to --table or --write-bed; benchmarks are chosen by --benchmark_filter");
+        if (o.name != "bed" && bed->count() > 0) throw CLI::ValidationError("--bed", "is a file of the scene bed, not of " + o.name);
+    });
     app.allow_extras();
-    CLI11_PARSE(app, argc, argv);
+}
 
+/// @return false if the remaining arguments are not Google Benchmark's
+bool start_benchmark(const CLI::App& app, char* program) {
     std::vector<std::string> rest = app.remaining();
-    std::vector<char*> arguments{argv[0]};
+    std::vector<char*> arguments{program};
     for (std::string& r : rest) arguments.push_back(r.data());
     int count = static_cast<int>(arguments.size());
     benchmark::Initialize(&count, arguments.data());
-    if (benchmark::ReportUnrecognizedArguments(count, arguments.data())) return 2;
+    return !benchmark::ReportUnrecognizedArguments(count, arguments.data());
+}
+
+} // namespace
+
+int main(int argc, char** argv) {
+    Options o;
+    CLI::App app{"What a step of Talus costs; further options go to Google Benchmark (--benchmark_filter=..., --benchmark_format=json)."};
+    add_options(app, o);
+    CLI11_PARSE(app, argc, argv);
+    if (!start_benchmark(app, argv[0])) return 2;
     try {
-        if (!write.empty()) {
-            const Scene s = scene == "gas" ? make_gas(options) : scene == "chute" ? make_chute(options) : make_bed(options, kLaws[0].laws());
-            write_bed(write, options.axes, s.lo, s.hi, gather(s.engine.get()));
-            return 0;
+        if (!o.write.empty()) {
+            const Scene scene = make_scene(o);
+            write_bed(o.write, o.scene.axes, scene.lo, scene.hi, gather(scene.engine.get()));
+        } else if (o.wants_table) {
+            Scene scene = make_scene(o);
+            const Table table = measure(scene, o.name, o.table);
+            print(table);
+            if (!o.json.empty()) write_json(table, o.json);
+        } else {
+            add_benchmarks(o.scene);
+            benchmark::RunSpecifiedBenchmarks();
         }
-        add_benchmarks(options);
-        benchmark::RunSpecifiedBenchmarks();
     } catch (const std::exception& e) {
         std::fprintf(stderr, "talus-bench: %s\n", e.what());
         return 1;
