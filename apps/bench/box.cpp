@@ -8,7 +8,7 @@ void check(talus_status status, const talus_engine* engine) {
     if (status < 0) core::fail(static_cast<core::ErrorKind>(status), "{}", engine != nullptr ? talus_engine_message(engine) : talus_message());
 }
 
-EnginePtr make_box(const SceneOptions& o, const talus_laws& laws, const std::array<double, 3>& lo, const std::array<double, 3>& hi, double radius_max) {
+EnginePtr make_box(const SceneOptions& o, const talus_laws& laws, double restitution, const std::array<double, 3>& lo, const std::array<double, 3>& hi, double radius_max) {
     const double margin = 4.0 * radius_max;
     talus_settings s;
     talus_settings_init(&s);
@@ -35,7 +35,7 @@ EnginePtr make_box(const SceneOptions& o, const talus_laws& laws, const std::arr
     check(talus_material_add(raw, &m, &wall), raw);
     talus_contact c;
     talus_contact_init(&c);
-    c.restitution = 0.2;
+    c.restitution = restitution;
     c.friction = 0.6;
     c.rolling_friction = 0.05;
     check(talus_contact_set(raw, sand, sand, &c), raw);
@@ -51,12 +51,6 @@ EnginePtr make_box(const SceneOptions& o, const talus_laws& laws, const std::arr
         check(talus_wall_add(raw, &w, nullptr), raw);
     }
     return engine;
-}
-
-void set_step(talus_engine* engine) {
-    double critical = 0.0;
-    check(talus_engine_critical_step(engine, &critical), engine);
-    check(talus_engine_set_time_step(engine, kStepFraction * critical), engine);
 }
 
 } // namespace talus::bench

@@ -50,11 +50,18 @@ std::size_t last_level_cache() {
     return told > 0 ? static_cast<std::size_t>(told) : kLeastArray;
 }
 
-double triad_bandwidth(int threads) {
-    const std::size_t n = std::max(4 * last_level_cache(), kLeastArray) / sizeof(double);
+namespace {
+
+struct Arrays {
+    std::size_t n;
     // Not touched before the threads do, so that on machines with several memories each has its own part near it.
-    const std::unique_ptr<double[]> a(new double[n]), b(new double[n]), c(new double[n]);
+    std::unique_ptr<double[]> a{new double[n]}, b{new double[n]}, c{new double[n]};
+};
+
+/// @param fresh  the arrays have yet to be written by these threads
+double triad(const Arrays& arrays, int threads, bool fresh) {
     std::vector<double> passes;
+    passes.reserve(kPasses);
     Clock::time_point from;
     bool begin = true;
     std::barrier together(threads, [&]() noexcept {
@@ -64,19 +71,19 @@ double triad_bandwidth(int threads) {
             passes.push_back(seconds_since(from));
         begin = !begin;
     });
-    passes.reserve(kPasses);
+    const auto part = [&](int t) { return arrays.n * static_cast<std::size_t>(t) / static_cast<std::size_t>(threads); };
     const auto work = [&](int t) {
-        const std::size_t lo = n * static_cast<std::size_t>(t) / static_cast<std::size_t>(threads), hi = n * static_cast<std::size_t>(t + 1) / static_cast<std::size_t>(threads);
-        double *const pa = a.get(), *const pb = b.get(), *const pc = c.get();
-        for (std::size_t k = lo; k < hi; ++k) {
-            pa[k] = 1.0;
-            pb[k] = 2.0;
-            pc[k] = 0.5;
+        double *const a = arrays.a.get(), *const b = arrays.b.get(), *const c = arrays.c.get();
+        const std::size_t lo = part(t), hi = part(t + 1);
+        for (std::size_t k = lo; fresh && k < hi; ++k) {
+            a[k] = 1.0;
+            b[k] = 2.0;
+            c[k] = 0.5;
         }
         for (int pass = 0; pass < kPasses; ++pass) {
             together.arrive_and_wait();
-            for (std::size_t k = lo; k < hi; ++k) pa[k] = pb[k] + 3.0 * pc[k];
-            asm volatile("" : : "r"(pa) : "memory");
+            for (std::size_t k = lo; k < hi; ++k) a[k] = b[k] + 3.0 * c[k];
+            asm volatile("" : : "r"(a) : "memory");
             together.arrive_and_wait();
         }
     };
@@ -85,7 +92,15 @@ double triad_bandwidth(int threads) {
         for (int t = 1; t < threads; ++t) others.emplace_back(work, t);
         work(0);
     }
-    return 3.0 * sizeof(double) * static_cast<double>(n) / *std::min_element(passes.begin(), passes.end());
+    return 3.0 * sizeof(double) * static_cast<double>(arrays.n) / *std::min_element(passes.begin(), passes.end());
+}
+
+} // namespace
+
+Triad triad_bandwidth(int threads) {
+    const Arrays arrays{std::max(4 * last_level_cache(), kLeastArray) / sizeof(double)};
+    const double all = triad(arrays, threads, true);
+    return {threads == 1 ? all : triad(arrays, 1, false), all};
 }
 
 double divide_time() {

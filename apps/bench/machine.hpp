@@ -5,9 +5,12 @@
 
 namespace talus::bench {
 
-/// McCalpin's STREAM triad, a = b + s c, on arrays of at least four times the last-level cache each, `threads` threads, best of several passes.
-/// @return bytes a second, by STREAM's count (24 an element: what the caches fetch in order to write does not count)
-double triad_bandwidth(int threads);
+/// McCalpin's STREAM triad, a = b + s c, on arrays of at least four times the last-level cache each, best of several passes. Bytes a
+/// second by STREAM's count (24 an element: what the caches fetch in order to write does not count).
+struct Triad {
+    double one, all; // one thread, and as many as asked for
+};
+Triad triad_bandwidth(int threads);
 
 /// The last-level cache as the system tells it [bytes], or a guess that is on the safe side.
 std::size_t last_level_cache();

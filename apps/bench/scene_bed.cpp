@@ -9,6 +9,8 @@ namespace talus::bench {
 namespace {
 
 constexpr std::int64_t kGrains = 20000;
+constexpr double kRestitution = 0.2;
+constexpr double kStepFraction = 0.15; // of the Rayleigh step
 constexpr int kSettleSteps = 3000, kWarmSteps = 300;
 
 sandbox::Bed read(const SceneOptions& o) {
@@ -18,9 +20,15 @@ sandbox::Bed read(const SceneOptions& o) {
     return bed;
 }
 
+void set_step(talus_engine* engine) {
+    double critical = 0.0;
+    check(talus_engine_critical_step(engine, &critical), engine);
+    check(talus_engine_set_time_step(engine, kStepFraction * critical), engine);
+}
+
 Scene of_file(const SceneOptions& o, const talus_laws& laws) {
     const sandbox::Bed bed = read(o);
-    Scene scene{make_box(o, laws, bed.lo, bed.hi, *std::max_element(bed.radius.begin(), bed.radius.end())), bed.lo, bed.hi};
+    Scene scene{make_box(o, laws, kRestitution, bed.lo, bed.hi, *std::max_element(bed.radius.begin(), bed.radius.end())), bed.lo, bed.hi};
     talus_engine* engine = scene.engine.get();
     talus_particles p{};
     p.struct_size = sizeof p;
@@ -37,7 +45,7 @@ Scene settled(const SceneOptions& o, const talus_laws& laws) {
     const std::int64_t grains = o.grains > 0 ? o.grains : kGrains;
     const double side = 2.0 * kRadiusMax * std::cbrt(static_cast<double>(grains));
     Scene scene{nullptr, {0.0, 0.0, 0.0}, {side, 3.0 * side, side}};
-    scene.engine = make_box(o, laws, scene.lo, scene.hi, kRadiusMax);
+    scene.engine = make_box(o, laws, kRestitution, scene.lo, scene.hi, kRadiusMax);
     talus_engine* engine = scene.engine.get();
     talus_fill f;
     talus_fill_init(&f);

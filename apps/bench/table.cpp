@@ -4,7 +4,6 @@
 #include <chrono>
 
 #include "apps/bench/grains.hpp"
-#include "apps/bench/machine.hpp"
 #include "runtime/phase/phases.hpp"
 
 namespace talus::bench {
@@ -138,6 +137,7 @@ Table measure(Scene& scene, const std::string& name, const TableOptions& o) {
     t.steps = o.steps;
     t.particles = static_cast<double>(s.sub.n_owned);
     t.skin = s.model.skin();
+    t.bytes = static_cast<double>(s.sub.bytes()) / t.particles;
     Traffic moved;
     run_steps(engine, o.steps, t, moved);
     look_at_end(engine, t);
@@ -163,7 +163,7 @@ Table measure(Scene& scene, const std::string& name, const TableOptions& o) {
         t.force_in_loop = loop / t.end_contacts();
     }
     t.empty_firing = empty_firing(s, t.nodes);
-    t.roofs = {triad_bandwidth(1), triad_bandwidth(t.threads), divide_time(), root_time()};
+    t.roofs = {triad_bandwidth(t.threads), divide_time(), root_time()};
     return t;
 }
 

@@ -6,6 +6,7 @@
 
 #include "apps/bench/flops.hpp"
 #include "apps/bench/lists.hpp"
+#include "apps/bench/machine.hpp"
 #include "apps/bench/scene.hpp"
 #include "apps/bench/traffic.hpp"
 
@@ -23,8 +24,8 @@ struct PhaseRow {
 };
 
 struct Roofs {
-    double triad_one = 0.0, triad = 0.0;   // bytes/s, one thread and all
-    double divide = 0.0, root = 0.0;       // s, of four lanes
+    Triad triad{};                   // bytes/s
+    double divide = 0.0, root = 0.0; // s, of four lanes
 };
 
 struct Table {
@@ -35,6 +36,7 @@ struct Table {
     double particles = 0.0;
     double wall = 0.0; // s, of all steps
     double skin = 0.0; // m
+    double bytes = 0.0; // of memory, a particle
     double candidates = 0.0, contacts = 0.0, wall_contacts = 0.0; // mean over the steps
     std::vector<PhaseRow> phases;
     // Share of the workers' time in which no phase ran: waiting (spinning too), scheduling, and what one thread does between firings.

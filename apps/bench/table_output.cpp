@@ -44,11 +44,11 @@ void print(const Table& t) {
     for (const PhaseRow& r : t.phases) {
         const auto cell = [](bool is, double value, int digits) { return is ? fmt::format("{:.{}f}", value, digits) : std::string("-"); };
         print("{:<16} | {:>7.2f} | {:>5.1f}% | {:>6} | {:>6} | {:>8} | {:>6} | {:>7}\n", r.name, 1e9 * r.busy, 100.0 * r.busy / whole, cell(r.bytes > 0.0, r.bytes, 0),
-              cell(r.bytes > 0.0, 1e-9 * bandwidth(t, r), 2), cell(r.bytes > 0.0, bandwidth(t, r) / t.roofs.triad, 2), cell(r.flops > 0.0, r.flops, 0),
+              cell(r.bytes > 0.0, 1e-9 * bandwidth(t, r), 2), cell(r.bytes > 0.0, bandwidth(t, r) / t.roofs.triad.all, 2), cell(r.flops > 0.0, r.flops, 0),
               cell(r.flops > 0.0, 1e-9 * ratio(r.flops * t.threads, r.busy), 2));
     }
     print("{:<16} | {:>7.2f} | {:>5.1f}% |\n\n", "no phase", 1e9 * whole * t.idle, 100.0 * t.idle);
-    print("triad: {:.1f} GB/s with one thread, {:.1f} with {}; four divisions take {:.2f} ns, four roots {:.2f}\n", 1e-9 * t.roofs.triad_one, 1e-9 * t.roofs.triad, t.threads, 1e9 * t.roofs.divide, 1e9 * t.roofs.root);
+    print("triad: {:.1f} GB/s with one thread, {:.1f} with {}; four divisions take {:.2f} ns, four roots {:.2f}\n", 1e-9 * t.roofs.triad.one, 1e-9 * t.roofs.triad.all, t.threads, 1e9 * t.roofs.divide, 1e9 * t.roofs.root);
     print("graph: {:.1f} % of {} x step time is in no phase (waiting, scheduling, what one thread does between firings); {} nodes with nothing in them: {:.1f} us a firing, {:.1f} % of a step\n",
           100.0 * t.idle, t.threads, t.nodes, 1e6 * t.empty_firing, 100.0 * t.empty_firing * static_cast<double>(t.steps) / t.wall);
     print("force: {:.1f} ns a contact in the steps; where grains stand at the end {:.1f} in the graph, {:.1f} in a plain loop over tiles; divisions and roots alone need {:.1f}, {:.0f} % of the loop\n\n",
@@ -68,14 +68,14 @@ void print(const Table& t) {
 }
 
 void write_json(const Table& t, const std::string& path) {
-    nlohmann::json j{{"scene", t.scene}, {"build", t.build}, {"threads", t.threads}, {"steps", t.steps}, {"rebuilds", t.rebuilds}, {"particles", t.particles}, {"skin", t.skin},
+    nlohmann::json j{{"scene", t.scene}, {"build", t.build}, {"threads", t.threads}, {"steps", t.steps}, {"rebuilds", t.rebuilds}, {"particles", t.particles}, {"skin", t.skin}, {"bytes_per_particle", t.bytes},
                      {"seconds", t.wall}, {"particle_steps_per_second", t.particle_steps() / t.wall}, {"candidates", t.candidates}, {"contacts", t.contacts}, {"wall_contacts", t.wall_contacts},
                      {"idle", t.idle}, {"empty_firing", t.empty_firing}, {"nodes", t.nodes}, {"force_in_steps", t.force_in_steps}, {"force_in_graph", t.force_in_graph}, {"force_in_loop", t.force_in_loop}, {"divider_bound", t.divider_bound()}};
     j["laws"] = {{"normal", static_cast<int>(t.laws.normal)}, {"damping", static_cast<int>(t.laws.damping)}, {"tangential", static_cast<int>(t.laws.tangential)}, {"rolling", static_cast<int>(t.laws.rolling)}};
-    j["roofs"] = {{"triad_one_thread", t.roofs.triad_one}, {"triad", t.roofs.triad}, {"divide_four", t.roofs.divide}, {"root_four", t.roofs.root}};
+    j["roofs"] = {{"triad_one_thread", t.roofs.triad.one}, {"triad", t.roofs.triad.all}, {"divide_four", t.roofs.divide}, {"root_four", t.roofs.root}};
     j["end"] = {{"kinetic_energy", t.kinetic_energy}, {"mean_height", t.mean_height}, {"contacts_per_grain", t.contacts_per_particle}, {"velocity", t.velocity}};
     for (const PhaseRow& r : t.phases)
-        j["phases"].push_back({{"name", r.name}, {"busy", r.busy}, {"bytes", r.bytes}, {"flops", r.flops}, {"bytes_per_second", bandwidth(t, r)}, {"of_triad", ratio(bandwidth(t, r), t.roofs.triad)}});
+        j["phases"].push_back({{"name", r.name}, {"busy", r.busy}, {"bytes", r.bytes}, {"flops", r.flops}, {"bytes_per_second", bandwidth(t, r)}, {"of_triad", ratio(bandwidth(t, r), t.roofs.triad.all)}});
     for (const auto& p : force_parts(t)) j["force_parts"].push_back({{"name", p.name}, {"operations", json_of(p.operations)}});
     std::ofstream file(path);
     file << j.dump(1) << "\n";
