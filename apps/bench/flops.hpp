@@ -22,8 +22,8 @@ struct LawOperations {
 };
 LawOperations count_law(const core::Laws& laws);
 
-/// One evaluation of all forces of an engine of one rank whose lists stand, filters and conversion to integers with it. The
-/// state is as before: sums come out with the same bits, histories are not advanced. One engine at a time.
+/// One evaluation of all forces of an engine of one rank whose lists stand, filters and conversion to integers with it. Sums
+/// come out as of a new evaluation where grains stand; histories are not advanced. One engine at a time.
 struct ForceOperations {
     Operations pairs, walls;
 };
