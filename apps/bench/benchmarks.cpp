@@ -88,7 +88,7 @@ void add_benchmarks(const SceneOptions& o) {
     RegisterBenchmark("step/gas", [=](benchmark::State& st) { whole_step(st, [&] { return make_gas(o); }); })->UseRealTime()->Iterations(6);
     for (const NamedLaws& l : kLaws) {
         for (const auto& [name, width] : {std::pair{"eight", core::KernelWidth::eight}, {"four", core::KernelWidth::four}, {"scalar", core::KernelWidth::scalar}})
-            if (core::has_width(width)) RegisterBenchmark(fmt::format("force/{}/{}", l.name, name).c_str(), [=](benchmark::State& st) { force(st, o, l, width); });
+            if (core::has_width(width)) RegisterBenchmark(fmt::format("force/{}/{}", l.name, name).c_str(), [=, width = width](benchmark::State& st) { force(st, o, l, width); });
     }
     RegisterBenchmark("integrate", [=](benchmark::State& st) { integrate(st, o); });
     for (const auto p : {runtime::Phase::binning, runtime::Phase::pair_build, runtime::Phase::halo_exchange, runtime::Phase::rebalance})

@@ -38,14 +38,17 @@ Operations count(Body body) {
 struct Counted {
     double v;
 };
+struct CountedMask {
+    bool b;
+};
 
 inline Counted tell(double& counter, double value) {
     counter += 1.0;
     return {value};
 }
-inline bool tell(bool value) {
+inline CountedMask tell(bool value) {
     operations.other += 1.0;
-    return value;
+    return {value};
 }
 
 inline Counted operator+(Counted a, Counted b) { return tell(operations.add, a.v + b.v); }
@@ -53,17 +56,20 @@ inline Counted operator-(Counted a, Counted b) { return tell(operations.add, a.v
 inline Counted operator*(Counted a, Counted b) { return tell(operations.multiply, a.v * b.v); }
 inline Counted operator/(Counted a, Counted b) { return tell(operations.divide, a.v / b.v); }
 inline Counted operator-(Counted a) { return tell(operations.other, -a.v); }
-inline bool operator<(Counted a, Counted b) { return tell(a.v < b.v); }
-inline bool operator<=(Counted a, Counted b) { return tell(a.v <= b.v); }
-inline bool operator>(Counted a, Counted b) { return tell(a.v > b.v); }
-inline bool operator>=(Counted a, Counted b) { return tell(a.v >= b.v); }
+inline CountedMask operator<(Counted a, Counted b) { return tell(a.v < b.v); }
+inline CountedMask operator<=(Counted a, Counted b) { return tell(a.v <= b.v); }
+inline CountedMask operator>(Counted a, Counted b) { return tell(a.v > b.v); }
+inline CountedMask operator>=(Counted a, Counted b) { return tell(a.v >= b.v); }
 inline Counted square_root(Counted a) { return tell(operations.root, core::square_root(a.v)); }
 inline Counted fma(Counted a, Counted b, Counted c) { return tell(operations.fused, core::fma(a.v, b.v, c.v)); }
 inline Counted fnma(Counted a, Counted b, Counted c) { return tell(operations.fused, core::fnma(a.v, b.v, c.v)); }
 inline Counted larger(Counted a, Counted b) { return tell(operations.other, core::larger(a.v, b.v)); }
 inline Counted smaller(Counted a, Counted b) { return tell(operations.other, core::smaller(a.v, b.v)); }
 inline Counted magnitude(Counted a) { return tell(operations.other, core::magnitude(a.v)); }
-inline Counted select(bool m, Counted a, Counted b) { return tell(operations.other, m ? a.v : b.v); }
+inline CountedMask operator&(CountedMask a, CountedMask b) { return tell(a.b && b.b); }
+inline CountedMask operator|(CountedMask a, CountedMask b) { return tell(a.b || b.b); }
+inline Counted select(CountedMask m, Counted a, Counted b) { return tell(operations.other, m.b ? a.v : b.v); }
+inline unsigned bits_of(CountedMask m) { return core::bits_of(m.b); }
 
 // From and to memory and integers. Rounding to an integer is an addition.
 inline std::int64_t to_integer(Counted a) {
@@ -81,7 +87,11 @@ inline double lane(Counted a, int) { return a.v; }
 namespace talus::core {
 
 template <>
-struct Lanes<bench::Counted> : Lanes<double> {};
+struct Lanes<bench::Counted> {
+    static constexpr int kWidth = 1;
+    using Mask = bench::CountedMask;
+    using Int = std::int64_t;
+};
 template <>
 inline bench::Counted splat<bench::Counted>(double a) { return {a}; }
 

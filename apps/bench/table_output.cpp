@@ -64,18 +64,29 @@ void print(const Table& t) {
         sum += p.operations;
     }
     line("all", sum);
-    print("\nBytes: a model, each array that a phase works on once (apps/bench/traffic.hpp); above the triad where the scene fits in cache. Flops: counted by running the kernel on numbers that count (counted.hpp), fma as two; of integrate by hand.\n");
+    print("\nBytes: a model, each array that a phase works on once (apps/bench/traffic.hpp); above the triad where the scene fits in cache.\n"
+          "Flops: counted by running the kernel on numbers that count (counted.hpp), fma as two; of integrate by hand.\n");
 }
 
 void write_json(const Table& t, const std::string& path) {
-    nlohmann::json j{{"scene", t.scene}, {"build", t.build}, {"threads", t.threads}, {"steps", t.steps}, {"rebuilds", t.rebuilds}, {"particles", t.particles}, {"skin", t.skin}, {"bytes_per_particle", t.bytes},
-                     {"seconds", t.wall}, {"particle_steps_per_second", t.particle_steps() / t.wall}, {"candidates", t.candidates}, {"contacts", t.contacts}, {"wall_contacts", t.wall_contacts},
-                     {"idle", t.idle}, {"empty_firing", t.empty_firing}, {"nodes", t.nodes}, {"force_in_steps", t.force_in_steps}, {"force_in_graph", t.force_in_graph}, {"force_in_loop", t.force_in_loop}, {"divider_bound", t.divider_bound()}};
-    j["laws"] = {{"normal", static_cast<int>(t.laws.normal)}, {"damping", static_cast<int>(t.laws.damping)}, {"tangential", static_cast<int>(t.laws.tangential)}, {"rolling", static_cast<int>(t.laws.rolling)}};
+    nlohmann::json j{{"scene", t.scene}, {"build", t.build}, {"threads", t.threads}, {"steps", t.steps}, {"rebuilds", t.rebuilds}, {"particles", t.particles}, {"skin", t.skin}};
+    j["laws"] = {{"normal", static_cast<int>(t.laws.normal)}, {"damping", static_cast<int>(t.laws.damping)},
+                 {"tangential", static_cast<int>(t.laws.tangential)}, {"rolling", static_cast<int>(t.laws.rolling)}};
+    j["seconds"] = t.wall;
+    j["particle_steps_per_second"] = t.particle_steps() / t.wall;
+    j["bytes_per_particle"] = t.bytes;
+    j["candidates"] = t.candidates;
+    j["contacts"] = t.contacts;
+    j["wall_contacts"] = t.wall_contacts;
+    j["idle"] = t.idle;
+    j["empty_firing"] = t.empty_firing;
+    j["nodes"] = t.nodes;
+    j["force_a_contact"] = {{"in_steps", t.force_in_steps}, {"in_graph", t.force_in_graph}, {"in_loop", t.force_in_loop}, {"divider_bound", t.divider_bound()}};
     j["roofs"] = {{"triad_one_thread", t.roofs.triad.one}, {"triad", t.roofs.triad.all}, {"divide_four", t.roofs.divide}, {"root_four", t.roofs.root}};
     j["end"] = {{"kinetic_energy", t.kinetic_energy}, {"mean_height", t.mean_height}, {"contacts_per_grain", t.contacts_per_particle}, {"velocity", t.velocity}};
     for (const PhaseRow& r : t.phases)
-        j["phases"].push_back({{"name", r.name}, {"busy", r.busy}, {"bytes", r.bytes}, {"flops", r.flops}, {"bytes_per_second", bandwidth(t, r)}, {"of_triad", ratio(bandwidth(t, r), t.roofs.triad.all)}});
+        j["phases"].push_back({{"name", r.name}, {"busy", r.busy}, {"bytes", r.bytes}, {"flops", r.flops}, {"bytes_per_second", bandwidth(t, r)},
+                               {"of_triad", ratio(bandwidth(t, r), t.roofs.triad.all)}});
     for (const auto& p : force_parts(t)) j["force_parts"].push_back({{"name", p.name}, {"operations", json_of(p.operations)}});
     std::ofstream file(path);
     file << j.dump(1) << "\n";
