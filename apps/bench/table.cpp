@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <ctime>
 
 #include "apps/bench/grains.hpp"
 #include "runtime/phase/phases.hpp"
@@ -34,6 +35,13 @@ double seconds_of(Body body) {
     return std::chrono::duration<double>(Clock::now() - from).count();
 }
 
+/// Of all threads of this process [s].
+double processor_seconds() {
+    timespec t{};
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
+    return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
+}
+
 /// The steps themselves: wall and busy times, and means of what is in the lists.
 void run_steps(talus_engine* engine, std::int64_t steps, Table& t, Traffic& a_step) {
     EngineState& s = engine->engine->state();
@@ -43,7 +51,9 @@ void run_steps(talus_engine* engine, std::int64_t steps, Table& t, Traffic& a_st
     const double busy_before = s.workers.busy();
     const std::int64_t looks = std::clamp<std::int64_t>(steps / kLeastSteps, 1, kLooks);
     for (std::int64_t k = 0; k < looks; ++k) {
+        const double processor = processor_seconds();
         t.wall += seconds_of([&] { check(talus_engine_step(engine, steps * (k + 1) / looks - steps * k / looks, nullptr), engine); });
+        t.processor += processor_seconds() - processor;
         const ListCounts pairs = count_pairs(s), walls = count_walls(s);
         const double share = 1.0 / static_cast<double>(looks);
         t.candidates += share * (pairs.candidates + walls.candidates);
@@ -58,6 +68,7 @@ void run_steps(talus_engine* engine, std::int64_t steps, Table& t, Traffic& a_st
     t.rebuilds = s.counters.rebuilds - rebuilds;
     for (std::size_t k = 0; k < std::size(kPhases); ++k)
         t.phases.push_back({runtime::phase_name(kPhases[k]), (s.workers.total(kPhases[k]).seconds - before[k]) / t.particle_steps()});
+    t.processor /= t.threads * t.wall;
     t.idle = 1.0 - (s.workers.busy() - busy_before) / (t.threads * t.wall);
     const double rebuilds_a_step = static_cast<double>(t.rebuilds) / static_cast<double>(t.steps);
     a_step.binning *= rebuilds_a_step;

@@ -41,6 +41,8 @@ struct Table {
     std::vector<PhaseRow> phases;
     // Share of the workers' time in which no phase ran: waiting (spinning too), scheduling, and what one thread does between firings.
     double idle = 0.0;
+    // Share of the workers' time that the system gave this process a processor for: below one where others use the machine, or workers sleep.
+    double processor = 0.0;
     double empty_firing = 0.0; // s: the same graph with nothing in its nodes
     int nodes = 0;
     // s a contact: busy in the steps; and at their end where grains stand, in the graph and by one worker in a plain loop over tiles.

@@ -49,6 +49,7 @@ void print(const Table& t) {
     }
     print("{:<16} | {:>7.2f} | {:>5.1f}% |\n\n", "no phase", 1e9 * whole * t.idle, 100.0 * t.idle);
     print("triad: {:.1f} GB/s with one thread, {:.1f} with {}; four divisions take {:.2f} ns, four roots {:.2f}\n", 1e-9 * t.roofs.triad.one, 1e-9 * t.roofs.triad.all, t.threads, 1e9 * t.roofs.divide, 1e9 * t.roofs.root);
+    print("processor: had for {:.0f} % of {} x step time; less than all where others use the machine, or workers sleep\n", 100.0 * t.processor, t.threads);
     print("graph: {:.1f} % of {} x step time is in no phase (waiting, scheduling, what one thread does between firings); {} nodes with nothing in them: {:.1f} us a firing, {:.1f} % of a step\n",
           100.0 * t.idle, t.threads, t.nodes, 1e6 * t.empty_firing, 100.0 * t.empty_firing * static_cast<double>(t.steps) / t.wall);
     print("force: {:.1f} ns a contact in the steps; where grains stand at the end {:.1f} in the graph, {:.1f} in a plain loop over tiles; divisions and roots alone need {:.1f}, {:.0f} % of the loop\n\n",
@@ -79,6 +80,7 @@ void write_json(const Table& t, const std::string& path) {
     j["contacts"] = t.contacts;
     j["wall_contacts"] = t.wall_contacts;
     j["idle"] = t.idle;
+    j["processor"] = t.processor;
     j["empty_firing"] = t.empty_firing;
     j["nodes"] = t.nodes;
     j["force_a_contact"] = {{"in_steps", t.force_in_steps}, {"in_graph", t.force_in_graph}, {"in_loop", t.force_in_loop}, {"divider_bound", t.divider_bound()}};
