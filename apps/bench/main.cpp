@@ -1,144 +1,91 @@
-// talus-bench: phase timings on a bed of sand, by Google Benchmark; counters in grains a second.
+// talus-bench: what a step costs, and where it goes.
 //
-//   talus-bench [--bed FILE --axes xzy] [--grains N] [--threads T] [--skin M] [Google Benchmark's own options]
+//   talus-bench [SCENE OPTIONS] [Google Benchmark's own options]   phases one by one, in every law and width
+//   talus-bench --table [--scene NAME] [--law NAME] [--steps N] [--warm N] [--json FILE] [SCENE OPTIONS]
+//       time, bytes, flops and roofs of each phase of a scene as it runs, and what the task graph costs
+//   talus-bench --write-bed FILE [--scene NAME] [SCENE OPTIONS]    a scene's grains, for other codes
 //
-// Phases: binning, pair_build (with inheritance), force (each law at each width), integrate, halo_exchange and rebalance (which
-// need ranks and cost nothing on one), and the whole step. One rank; a phase that runs on several threads is timed by its own
-// clock, in busy seconds over threads.
+// Scene options: [--bed FILE] [--axes xzy] [--grains N] [--threads T] [--skin M].
 #include <benchmark/benchmark.h>
 
 #include <CLI/CLI.hpp>
 
-#include "apps/bench/scene.hpp"
-#include "runtime/phase/phases.hpp"
-
-namespace talus::bench {
+#include "apps/bench/benchmarks.hpp"
+#include "apps/bench/grains.hpp"
+#include "apps/bench/laws.hpp"
+#include "apps/bench/table.hpp"
 
 namespace {
 
-struct NamedLaws {
-    const char* name;
-    std::int32_t normal, damping, tangential, rolling;
-};
-constexpr NamedLaws kLaws[] = {
-    {"default", TALUS_NORMAL_HERTZ, TALUS_DAMPING_CLIPPED, TALUS_TANGENTIAL_FORCE_RESCALED, TALUS_ROLLING_CONSTANT},
-    {"default_spring", TALUS_NORMAL_HERTZ, TALUS_DAMPING_CLIPPED, TALUS_TANGENTIAL_FORCE_RESCALED, TALUS_ROLLING_SPRING},
-    {"displacement_spring_attractive", TALUS_NORMAL_HERTZ, TALUS_DAMPING_ATTRACTIVE, TALUS_TANGENTIAL_DISPLACEMENT, TALUS_ROLLING_SPRING},
-    {"displacement_constant_attractive", TALUS_NORMAL_HERTZ, TALUS_DAMPING_ATTRACTIVE, TALUS_TANGENTIAL_DISPLACEMENT, TALUS_ROLLING_CONSTANT},
-    {"displacement_attractive", TALUS_NORMAL_HERTZ, TALUS_DAMPING_ATTRACTIVE, TALUS_TANGENTIAL_DISPLACEMENT, TALUS_ROLLING_NONE},
-    {"linear", TALUS_NORMAL_LINEAR, TALUS_DAMPING_CLIPPED, TALUS_TANGENTIAL_FORCE, TALUS_ROLLING_CONSTANT},
-    {"frictionless", TALUS_NORMAL_HERTZ, TALUS_DAMPING_CLIPPED, TALUS_TANGENTIAL_NONE, TALUS_ROLLING_NONE},
+using namespace talus::bench;
+
+struct Options {
+    SceneOptions scene;
+    TableOptions table;
+    std::string name = "bed", law = "default", write, json;
+    bool wants_table = false;
 };
 
-talus_laws laws_of(const NamedLaws& n) {
-    talus_laws l;
-    talus_laws_init(&l);
-    l.normal = n.normal;
-    l.damping = n.damping;
-    l.tangential = n.tangential;
-    l.rolling = n.rolling;
-    l.stiffness_n = 1e3;
-    return l;
+Scene make_scene(const Options& o) {
+    if (o.name == "chute") return make_chute(o.scene);
+    if (o.name == "gas") return make_gas(o.scene);
+    return make_bed(o.scene, std::find_if(std::begin(kLaws), std::end(kLaws), [&](const NamedLaws& l) { return l.name == o.law; })->laws());
 }
 
-void count_grains(benchmark::State& state, const runtime::EngineState& s) {
-    state.counters["grains/s"] = benchmark::Counter(static_cast<double>(s.sub.n_owned), benchmark::Counter::kIsIterationInvariantRate);
+void add_options(CLI::App& app, Options& o) {
+    std::vector<std::string> laws;
+    for (const NamedLaws& l : kLaws) laws.emplace_back(l.name);
+    const auto* bed = app.add_option("--bed", o.scene.bed, "bed file, text or HDF5; without it a bed is settled first")->check(CLI::ExistingFile);
+    app.add_option("--axes", o.scene.axes, "which axes of the file are our x, y (up), z")->capture_default_str()->check(CLI::IsMember({"xyz", "xzy", "yxz", "yzx", "zxy", "zyx"}));
+    app.add_option("--grains", o.scene.grains, "grains of scenes that are not of a file; 0: 20,000 of a bed, 50,000 of the others")->capture_default_str()->check(CLI::NonNegativeNumber);
+    app.add_option("--threads", o.scene.threads, "worker threads")->capture_default_str()->check(CLI::PositiveNumber);
+    app.add_option("--skin", o.scene.skin, "list skin [m]; 0 chooses")->capture_default_str()->check(CLI::NonNegativeNumber);
+    auto* table = app.add_flag("--table", o.wants_table, "phases of a scene as it runs, with bytes, flops and what the machine could do");
+    auto* write = app.add_option("--write-bed", o.write, "write a scene's grains, with velocities, to a bed file")->excludes(table);
+    app.add_option("--scene", o.name, "of --table and --write-bed: bed, chute or gas")->capture_default_str()->check(CLI::IsMember({"bed", "chute", "gas"}));
+    app.add_option("--law", o.law, "of the bed")->capture_default_str()->check(CLI::IsMember(laws));
+    app.add_option("--steps", o.table.steps, "of --table, timed")->capture_default_str()->check(CLI::PositiveNumber)->needs(table);
+    app.add_option("--warm", o.table.warm, "of --table, before them")->capture_default_str()->check(CLI::NonNegativeNumber)->needs(table);
+    app.add_option("--json", o.json, "of --table: write the figures there")->needs(table);
+    app.callback([&o, bed, table, write] {
+        const bool one_scene = table->count() + write->count() > 0;
+        if (o.name != "bed" && !one_scene) throw CLI::ValidationError("--scene", "belongs to --table or --write-bed; benchmarks are chosen by --benchmark_filter");
+        if (o.name != "bed" && bed->count() > 0) throw CLI::ValidationError("--bed", "is a file of the scene bed, not of " + o.name);
+    });
+    app.allow_extras();
 }
 
-void whole_step(benchmark::State& state, const SceneOptions& o, const NamedLaws& laws) {
-    const EnginePtr engine = make_bed(o, laws_of(laws));
-    constexpr std::int64_t kSteps = 50;
-    const auto& s = engine->engine->state();
-    const std::int64_t steps_before = s.model.step, rebuilds_before = s.counters.rebuilds;
-    for (auto _ : state) check(talus_engine_step(engine.get(), kSteps, nullptr), engine.get());
-    state.counters["skin/d"] = s.model.skin() / s.model.diameter();
-    state.counters["rebuilds/step"] = static_cast<double>(s.counters.rebuilds - rebuilds_before) / static_cast<double>(s.model.step - steps_before);
-    state.counters["grain-steps/s"] = benchmark::Counter(static_cast<double>(s.sub.n_owned * kSteps), benchmark::Counter::kIsIterationInvariantRate);
-    state.counters["B/grain"] = static_cast<double>(s.sub.bytes()) / s.sub.n_owned;
-}
-
-void force(benchmark::State& state, const SceneOptions& o, const NamedLaws& laws, core::KernelWidth width) {
-    const EnginePtr engine = make_bed(o, laws_of(laws));
-    runtime::EngineState& s = engine->engine->state();
-    runtime::refresh_contexts(s);
-    s.kernels = core::select_kernels(s.model.settings.laws, false, width);
-    s.with_forces = true;
-    const int tiles = static_cast<int>(s.sub.tiles.size());
-    // Contacts do not change, since no grain moves.
-    for (auto _ : state)
-        s.workers.arena().execute([&] {
-            for (int t = 0; t < tiles; ++t) runtime::force_tile(s, t);
-        });
-    count_grains(state, s);
-    double pairs = 0.0, contacts = 0.0;
-    for (const core::Tile& tile : s.sub.tiles) {
-        pairs += tile.pairs.n_contacts + tile.pairs.n_candidates;
-        for (std::uint32_t k = 0; k < tile.pairs.n_contacts; ++k) contacts += tile.pairs.touches(k) ? 1.0 : 0.0;
-    }
-    state.counters["pairs"] = pairs;
-    state.counters["contacts"] = contacts;
-}
-
-void integrate(benchmark::State& state, const SceneOptions& o) {
-    const EnginePtr engine = make_bed(o, laws_of(kLaws[0]));
-    runtime::EngineState& s = engine->engine->state();
-    runtime::refresh_contexts(s);
-    s.integrate.finish = s.integrate.begin = true;
-    s.integrate.dt = 1e-30; // grains stay where the lists know them
-    s.with_forces = true;
-    for (auto _ : state)
-        for (int t = 0; t < static_cast<int>(s.sub.tiles.size()); ++t) runtime::integrate_tile(s, t);
-    count_grains(state, s);
-}
-
-/// One phase of a rebuild, by its own clock.
-void rebuild(benchmark::State& state, const SceneOptions& o, runtime::Phase phase) {
-    const EnginePtr engine = make_bed(o, laws_of(kLaws[0]));
-    runtime::EngineState& s = engine->engine->state();
-    for (auto _ : state) {
-        const double before = s.workers.total(phase).seconds;
-        runtime::rebuild(s, false);
-        state.SetIterationTime(s.workers.total(phase).seconds - before);
-    }
-    count_grains(state, s);
-}
-
-void add_benchmarks(const SceneOptions& o) {
-    using benchmark::RegisterBenchmark;
-    for (const NamedLaws& l : kLaws) RegisterBenchmark(fmt::format("step/{}", l.name).c_str(), [=](benchmark::State& st) { whole_step(st, o, l); })->UseRealTime();
-    for (const NamedLaws& l : kLaws) {
-        for (const auto& [name, width] : {std::pair{"eight", core::KernelWidth::eight}, {"four", core::KernelWidth::four}, {"scalar", core::KernelWidth::scalar}})
-            if (core::has_width(width)) RegisterBenchmark(fmt::format("force/{}/{}", l.name, name).c_str(), [=](benchmark::State& st) { force(st, o, l, width); });
-    }
-    RegisterBenchmark("integrate", [=](benchmark::State& st) { integrate(st, o); });
-    for (const auto p : {runtime::Phase::binning, runtime::Phase::pair_build, runtime::Phase::halo_exchange, runtime::Phase::rebalance})
-        RegisterBenchmark(runtime::phase_name(p), [=](benchmark::State& st) { rebuild(st, o, p); })->UseManualTime()->Iterations(20);
+/// @return false if the remaining arguments are not Google Benchmark's
+bool start_benchmark(const CLI::App& app, char* program) {
+    std::vector<std::string> rest = app.remaining();
+    std::vector<char*> arguments{program};
+    for (std::string& r : rest) arguments.push_back(r.data());
+    int count = static_cast<int>(arguments.size());
+    benchmark::Initialize(&count, arguments.data());
+    return !benchmark::ReportUnrecognizedArguments(count, arguments.data());
 }
 
 } // namespace
 
-} // namespace talus::bench
-
 int main(int argc, char** argv) {
-    talus::bench::SceneOptions options;
-    CLI::App app{"Phase timings of Talus; further options go to Google Benchmark (--benchmark_filter=..., --benchmark_format=json)."};
-    app.add_option("--bed", options.bed, "bed file, text or HDF5; without it a bed is settled first")->check(CLI::ExistingFile);
-    app.add_option("--axes", options.axes, "which axes of the file are our x, y (up), z")->capture_default_str();
-    app.add_option("--grains", options.grains, "grains of the settled bed")->capture_default_str()->check(CLI::PositiveNumber);
-    app.add_option("--threads", options.threads, "worker threads")->capture_default_str()->check(CLI::PositiveNumber);
-    app.add_option("--skin", options.skin, "list skin [m]; 0 chooses")->capture_default_str();
-    app.allow_extras();
+    Options o;
+    CLI::App app{"What a step of Talus costs; further options go to Google Benchmark (--benchmark_filter=..., --benchmark_format=json)."};
+    add_options(app, o);
     CLI11_PARSE(app, argc, argv);
-
-    std::vector<std::string> rest = app.remaining();
-    std::vector<char*> arguments{argv[0]};
-    for (std::string& r : rest) arguments.push_back(r.data());
-    int count = static_cast<int>(arguments.size());
-    benchmark::Initialize(&count, arguments.data());
-    if (benchmark::ReportUnrecognizedArguments(count, arguments.data())) return 2;
+    if (!start_benchmark(app, argv[0])) return 2;
     try {
-        talus::bench::add_benchmarks(options);
-        benchmark::RunSpecifiedBenchmarks();
+        if (!o.write.empty()) {
+            const Scene scene = make_scene(o);
+            write_bed(o.write, o.scene.axes, scene.lo, scene.hi, gather(scene.engine.get()));
+        } else if (o.wants_table) {
+            Scene scene = make_scene(o);
+            const Table table = measure(scene, o.name, o.table);
+            print(table);
+            if (!o.json.empty()) write_json(table, o.json);
+        } else {
+            add_benchmarks(o.scene);
+            benchmark::RunSpecifiedBenchmarks();
+        }
     } catch (const std::exception& e) {
         std::fprintf(stderr, "talus-bench: %s\n", e.what());
         return 1;

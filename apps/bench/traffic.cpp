@@ -1,0 +1,41 @@
+#include "apps/bench/traffic.hpp"
+
+#include "apps/bench/lists.hpp"
+
+namespace talus::bench {
+
+namespace {
+
+constexpr double kLine = 64.0;
+constexpr double kRecord = sizeof(core::Particle), kSum = sizeof(core::ForceSum), kIndex = sizeof(core::LocalIndex), kReference = sizeof(core::Reference);
+constexpr double kEntry = sizeof(core::ContactEntry);
+
+} // namespace
+
+Traffic traffic(const runtime::EngineState& s) {
+    const core::Laws& laws = s.model.settings.laws;
+    const int quads = core::history_doubles(laws) / 4;
+    const double row = quads * static_cast<double>(sizeof(core::Quad));
+    ListCounts lists = count_pairs(s);
+    lists += count_walls(s);
+    double own = 0.0, ids = 0.0, border = 0.0;
+    for (const core::Tile& tile : s.sub.tiles) {
+        own += tile.count;
+        ids += static_cast<double>(tile.index_of.size());
+        for (const core::IncomingSums& in : tile.incoming) border += in.count;
+    }
+    Traffic t;
+    // An index and both lines of a record are read for every grain that a tile knows, and its sums are written; lists are passed through.
+    t.force = ids * (kIndex + kRecord + kSum) + force_bytes(lists, row);
+    // Records are read and written, sums read; border rows are read by way of their index. References are touched by wraps alone.
+    t.integrate = own * (2.0 * kRecord + kSum) + border * (kIndex + kSum);
+    // Cell numbers from positions; the counting sort with its labels; records, references, sums and places brought into the new order.
+    t.binning = own * ((kLine + kIndex) + (2.0 * kIndex + kLine) + 2.0 * (kRecord + kReference + kSum + kIndex) + 4.0 * kIndex);
+    // Contacts are laid out: the lists passed twice, rows copied, an entry for each of both grains. Records of all that a tile knows are
+    // read; new lists are written; entries and rows are read back. Records are marked, sums returned.
+    t.pair_build = layout_bytes(lists, row) + 2.0 * kEntry * lists.contacts + ids * (2.0 * kIndex + kRecord) + list_bytes(lists, row) + lists.contacts * (2.0 * kEntry + row) +
+                   own * (2.0 * kLine + 2.0 * kSum);
+    return t;
+}
+
+} // namespace talus::bench
