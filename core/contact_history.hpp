@@ -42,6 +42,11 @@ struct ContactStore {
     const Quad* row(const ContactEntry& e) const { return rows.data() + static_cast<std::size_t>(e.row) * history_quads; }
     double* values(std::uint32_t row) { return reinterpret_cast<double*>(rows.data() + static_cast<std::size_t>(row) * history_quads); }
     const double* values(std::uint32_t row) const { return reinterpret_cast<const double*>(rows.data() + static_cast<std::size_t>(row) * history_quads); }
+    void clear() { // memory is kept
+        first.clear();
+        entries.clear();
+        rows.clear();
+    }
     std::size_t bytes() const {
         return first.capacity() * sizeof(std::uint32_t) + entries.capacity() * sizeof(ContactEntry) + rows.capacity() * sizeof(Quad);
     }

@@ -29,6 +29,14 @@ struct alignas(64) Octet {
     double v[8];
 };
 
+/// Room for n items in an empty vector: memory that it has is used again, since the system gives pages slowly, but not kept when it is
+/// far too much.
+template <class T>
+void make_room(std::vector<T>& v, std::size_t n) {
+    if (v.capacity() > 2 * n + 64) v = std::vector<T>();
+    v.reserve(n);
+}
+
 struct ContactList {
     std::vector<CandidatePair> contacts;   // touch, or did not long ago; padded to whole octets
     std::vector<std::uint8_t> touching;    // one bit a contact: touched at the last evaluation; histories of others are void
@@ -37,14 +45,18 @@ struct ContactList {
     std::uint32_t n_contacts = 0, n_candidates = 0;
     int history_doubles = 0;
 
-    /// Empty, for histories of so many doubles.
+    /// Empty, for histories of so many doubles; memory is kept.
     void start(int doubles) {
-        *this = ContactList{};
+        n_contacts = n_candidates = 0;
         history_doubles = doubles;
+        contacts.clear();
+        touching.clear();
+        history.clear();
+        candidates.clear();
     }
     void set_candidates(const std::vector<CandidatePair>& pairs) {
         n_candidates = static_cast<std::uint32_t>(pairs.size());
-        candidates.reserve(whole_octets(n_candidates));
+        make_room(candidates, whole_octets(n_candidates));
         candidates.assign(pairs.begin(), pairs.end());
         candidates.resize(whole_octets(n_candidates), CandidatePair{0, 0});
     }
@@ -52,16 +64,17 @@ struct ContactList {
         if (n_candidates % 8 == 0) candidates.resize(n_candidates + 8, CandidatePair{0, 0});
         candidates[n_candidates++] = pair;
     }
+    /// Room for so many contacts in a list that has none.
     void reserve_contacts(std::size_t n) {
         n = whole_octets(n);
-        contacts.reserve(n);
-        touching.reserve(n / 8);
-        history.reserve(n / 8 * static_cast<std::size_t>(history_doubles));
+        make_room(contacts, n);
+        make_room(touching, n / 8);
+        make_room(history, n / 8 * static_cast<std::size_t>(history_doubles));
     }
     /// @return its number; not touching, its history void
     std::uint32_t add_contact(CandidatePair pair) {
         if (n_contacts % 8 == 0) {
-            if (contacts.capacity() == n_contacts) reserve_contacts(n_contacts + n_contacts / 8 + 8);
+            if (contacts.capacity() == n_contacts) grow(n_contacts + n_contacts / 8 + 8);
             contacts.resize(n_contacts + 8, CandidatePair{0, 0});
             touching.push_back(0);
             history.resize(touching.size() * static_cast<std::size_t>(history_doubles));
@@ -118,6 +131,12 @@ struct ContactList {
     }
 
 private:
+    void grow(std::size_t n) {
+        n = whole_octets(n);
+        contacts.reserve(n);
+        touching.reserve(n / 8);
+        history.reserve(n / 8 * static_cast<std::size_t>(history_doubles));
+    }
     static std::size_t whole_octets(std::size_t n) { return (n + 7) / 8 * 8; }
     std::size_t column(std::uint32_t contact, int c) const { return static_cast<std::size_t>(contact / 8) * static_cast<std::size_t>(history_doubles) + static_cast<std::size_t>(c); }
 };

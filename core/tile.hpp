@@ -82,10 +82,16 @@ struct Tile {
     double wall_clearance[kMaxWalls];   // m, how far a listed-out grain may come towards each wall
     bool finite = true;
 
-    std::size_t bytes() const {
-        std::size_t b = index_of.capacity() * sizeof(LocalIndex) + sums.capacity() * sizeof(ForceSum) + pairs.bytes();
-        for (const auto& w : walls) b += w.bytes();
-        return b;
+    /// A tile at another place; memory is kept.
+    void start(const int (&place)[3], LocalIndex first_grain, std::uint32_t n_grains) {
+        std::copy(place, place + 3, index);
+        first = first_grain;
+        count = n_grains;
+        n_border = 0;
+        heat = HeatSum{};
+        breach = CapBreach{};
+        displacement.clear();
+        finite = true;
     }
 };
 

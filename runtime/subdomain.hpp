@@ -30,6 +30,7 @@ struct Subdomain {
     std::vector<ChunkRange> chunk_range;
 
     std::vector<core::Tile> tiles;
+    std::vector<core::Tile> spare_tiles;  // those before them, whose memory the next ones take
     core::HeatSum heat;                   // of tiles that are gone
     std::vector<core::WallSum> wall_last; // this rank's part of each wall's sums in the last force evaluation
     std::vector<core::Wide> wall_impulse; // [3 a wall] force units summed over steps since the work was last folded
@@ -39,9 +40,20 @@ struct Subdomain {
     core::ContactStore contacts;
     std::vector<core::ForceSum> sums;
     std::vector<std::uint32_t> slot_of;
+    std::vector<core::Quad> slices; // scratch of binning
 
     core::LocalIndex n_ghosts() const { return static_cast<core::LocalIndex>(particles.size()) - n_owned; }
-    std::size_t bytes() const;
+    struct Bytes {
+        std::size_t records = 0;   // and displacement references
+        std::size_t cells = 0;     // of grains and ghosts, and which grain is where in a tile
+        std::size_t sums = 0;      // of forces
+        std::size_t pairs = 0;     // contacts and candidates
+        std::size_t histories = 0;
+        std::size_t rebuild = 0;   // what waits for the next rebuild: contacts grain by grain
+        std::size_t total() const { return records + cells + sums + pairs + histories + rebuild; }
+    };
+    /// Memory held, used or not.
+    Bytes bytes() const;
 };
 
 } // namespace talus::runtime

@@ -29,7 +29,7 @@ void whole_step(benchmark::State& state, Make make) {
     const std::int64_t rebuilds = s.counters.rebuilds;
     for (auto _ : state) check(talus_engine_step(engine, kSteps, nullptr), engine);
     state.counters["grain-steps/s"] = benchmark::Counter(static_cast<double>(s.sub.n_owned * kSteps), benchmark::Counter::kIsIterationInvariantRate);
-    state.counters["B/grain"] = static_cast<double>(s.sub.bytes()) / s.sub.n_owned;
+    state.counters["B/grain"] = static_cast<double>(s.sub.bytes().total()) / s.sub.n_owned;
     state.counters["skin/d"] = s.model.skin() / s.model.diameter();
     state.counters["steps/rebuild"] = static_cast<double>(state.iterations() * kSteps) / static_cast<double>(std::max<std::int64_t>(1, s.counters.rebuilds - rebuilds));
     const auto velocity = mean_velocity(gather(engine));

@@ -148,9 +148,12 @@ Table measure(Scene& scene, const std::string& name, const TableOptions& o) {
     t.steps = o.steps;
     t.particles = static_cast<double>(s.sub.n_owned);
     t.skin = s.model.skin();
-    t.bytes = static_cast<double>(s.sub.bytes()) / t.particles;
     Traffic moved;
+    forget_peak();
     run_steps(engine, o.steps, t, moved);
+    t.memory = s.sub.bytes();
+    t.resident = resident_bytes() - o.resident_before;
+    t.peak = peak_bytes() - o.resident_before;
     look_at_end(engine, t);
 
     phase(t, Phase::binning).bytes = moved.binning / t.particles;

@@ -14,6 +14,7 @@ namespace talus::bench {
 
 struct TableOptions {
     std::int64_t warm = 20, steps = 500;
+    double resident_before = 0.0; // bytes of the process before the scene was made
 };
 
 struct PhaseRow {
@@ -36,7 +37,8 @@ struct Table {
     double particles = 0.0;
     double wall = 0.0; // s, of all steps
     double skin = 0.0; // m
-    double bytes = 0.0; // of memory, a particle
+    runtime::Subdomain::Bytes memory;  // held by the engine at the end
+    double resident = 0.0, peak = 0.0; // bytes of the process beyond those at its start: at the end, and at most during the steps
     double candidates = 0.0, contacts = 0.0, wall_contacts = 0.0; // mean over the steps
     std::vector<PhaseRow> phases;
     // Share of the workers' time in which no phase ran: waiting (spinning too), scheduling, and what one thread does between firings.

@@ -55,6 +55,11 @@ void print(const Table& t) {
     print("force: {:.1f} ns a contact in the steps; where grains stand at the end {:.1f} in the graph, {:.1f} in a plain loop over tiles; divisions and roots alone need {:.1f}, {:.0f} % of the loop\n\n",
           1e9 * t.force_in_steps, 1e9 * t.force_in_graph, 1e9 * t.force_in_loop, 1e9 * t.divider_bound(), 100.0 * ratio(t.divider_bound(), t.force_in_loop));
 
+    const auto a_grain = [&](double bytes) { return bytes / t.particles; };
+    print("memory, bytes a grain: {:.0f} at most while stepping, {:.0f} at the end (of the process, beyond what it had at its start); of the engine: records {:.0f}, cells {:.0f}, sums {:.0f}, pairs {:.0f}, histories {:.0f}, for the next rebuild {:.0f}\n\n",
+          a_grain(t.peak), a_grain(t.resident), a_grain(static_cast<double>(t.memory.records)), a_grain(static_cast<double>(t.memory.cells)), a_grain(static_cast<double>(t.memory.sums)),
+          a_grain(static_cast<double>(t.memory.pairs)), a_grain(static_cast<double>(t.memory.histories)), a_grain(static_cast<double>(t.memory.rebuild)));
+
     print("a contact of grains      |    add |    mul |    fma |   div |  sqrt |  flops\n");
     Operations sum;
     const auto line = [](const std::string& name, const Operations& o) {
@@ -75,7 +80,8 @@ void write_json(const Table& t, const std::string& path) {
                  {"tangential", static_cast<int>(t.laws.tangential)}, {"rolling", static_cast<int>(t.laws.rolling)}};
     j["seconds"] = t.wall;
     j["particle_steps_per_second"] = t.particle_steps() / t.wall;
-    j["bytes_per_particle"] = t.bytes;
+    j["memory"] = {{"peak", t.peak}, {"resident", t.resident}, {"records", t.memory.records}, {"cells", t.memory.cells}, {"sums", t.memory.sums},
+                   {"pairs", t.memory.pairs}, {"histories", t.memory.histories}, {"rebuild", t.memory.rebuild}};
     j["candidates"] = t.candidates;
     j["contacts"] = t.contacts;
     j["wall_contacts"] = t.wall_contacts;

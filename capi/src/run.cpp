@@ -8,7 +8,7 @@ using namespace talus::capi;
 namespace {
 
 double share_of_bytes(const runtime::EngineState& s) {
-    const auto bytes = static_cast<double>(s.sub.bytes());
+    const auto bytes = static_cast<double>(s.sub.bytes().total());
     return bytes / std::max<double>(1.0, s.sub.n_owned);
 }
 

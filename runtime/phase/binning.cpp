@@ -1,5 +1,6 @@
 // binning: owned grains in tile-major order.
 #include <cmath>
+#include <cstring>
 
 #include "runtime/phase/phases.hpp"
 
@@ -11,20 +12,28 @@ namespace {
 
 constexpr int kBlock = 4096; // grains a task
 
+int n_blocks(std::size_t n) { return static_cast<int>((n + kBlock - 1) / kBlock); }
+
 template <class Body>
 void for_blocks(EngineState& s, std::size_t n, Body body) {
-    const int blocks = static_cast<int>((n + kBlock - 1) / kBlock);
-    s.workers.for_each(Phase::binning, blocks, [&](int b) {
+    s.workers.for_each(Phase::binning, n_blocks(n), [&](int b) {
         const std::size_t first = static_cast<std::size_t>(b) * kBlock;
         for (std::size_t i = first; i < std::min(n, first + kBlock); ++i) body(static_cast<std::uint32_t>(i));
     });
 }
 
+/// Bring items into an order, 32 bytes of each at a time: a second copy of all would be the most memory that a rank ever needs.
 template <class T>
 void permute(EngineState& s, std::vector<T>& items, const std::vector<std::uint32_t>& order) {
-    std::vector<T> sorted(items.size());
-    for_blocks(s, order.size(), [&](std::uint32_t i) { sorted[i] = items[order[i]]; });
-    items.swap(sorted);
+    constexpr std::size_t kSlice = std::min(sizeof(T), sizeof(core::Quad));
+    static_assert(sizeof(T) % kSlice == 0);
+    std::vector<core::Quad>& slices = s.sub.slices;
+    slices.resize(order.size());
+    for (std::size_t at = 0; at < sizeof(T); at += kSlice) {
+        const auto slice = [&](std::uint32_t i) { return reinterpret_cast<std::byte*>(&items[i]) + at; };
+        for_blocks(s, order.size(), [&](std::uint32_t i) { std::memcpy(&slices[i], slice(order[i]), kSlice); });
+        for_blocks(s, order.size(), [&](std::uint32_t i) { std::memcpy(slice(i), &slices[i], kSlice); });
+    }
 }
 
 void check_inside(const EngineState& s, const Particle& p) {
@@ -40,35 +49,64 @@ void check_inside(const EngineState& s, const Particle& p) {
     }
 }
 
-core::CellGrid grid_for(const EngineState& s) {
+/// The box of the owned grains, which all are where grains may be.
+core::Box check_grains(EngineState& s) {
     const Subdomain& sub = s.sub;
     const core::Domain& d = s.model.settings.domain;
+    core::Box empty{};
+    if (sub.n_owned == 0) return {{d.lo[0], d.lo[1], d.lo[2]}, {d.lo[0], d.lo[1], d.lo[2]}};
+    for (int a = 0; a < 3; ++a) {
+        empty.lo[a] = HUGE_VAL;
+        empty.hi[a] = -HUGE_VAL;
+    }
+    struct Part {
+        core::Box box;
+        bool sound = true;
+    };
+    std::vector<Part> parts(static_cast<std::size_t>(n_blocks(sub.n_owned)), Part{empty});
+    for_blocks(s, sub.n_owned, [&](std::uint32_t i) {
+        Part& part = parts[i / kBlock];
+        const Particle& p = sub.particles[i];
+        for (int a = 0; a < 3; ++a) {
+            const double x = p.position[a];
+            part.sound = part.sound && std::isfinite(x + p.velocity[a] + p.angular_velocity[a]) && (d.periodic[a] || (x >= d.lo[a] && x <= d.hi[a]));
+            part.box.lo[a] = std::min(part.box.lo[a], x);
+            part.box.hi[a] = std::max(part.box.hi[a], x);
+        }
+    });
+    core::Box box = empty;
+    for (const Part& part : parts) {
+        if (!part.sound) // the first in order is told of
+            for (core::LocalIndex i = 0; i < sub.n_owned; ++i) check_inside(s, sub.particles[i]);
+        for (int a = 0; a < 3; ++a) {
+            box.lo[a] = std::min(box.lo[a], part.box.lo[a]);
+            box.hi[a] = std::max(box.hi[a], part.box.hi[a]);
+        }
+    }
+    return box;
+}
+
+core::CellGrid grid_for(const EngineState& s, core::Box box) {
+    const core::Domain& d = s.model.settings.domain;
     const double reach = s.model.reach();
-    double lo[3], hi[3];
     bool wraps[3];
     const core::Box mine = s.slices.box(s.comm->rank());
     for (int a = 0; a < 3; ++a) {
-        lo[a] = sub.n_owned > 0 ? HUGE_VAL : d.lo[a];
-        hi[a] = sub.n_owned > 0 ? -HUGE_VAL : d.lo[a];
-        for (core::LocalIndex i = 0; i < sub.n_owned; ++i) {
-            lo[a] = std::min(lo[a], sub.particles[i].position[a]);
-            hi[a] = std::max(hi[a], sub.particles[i].position[a]);
-        }
         wraps[a] = d.periodic[a] && s.slices.grid()[a] == 1;
         // Room for ghosts where the subdomain is cut.
-        if (std::isfinite(mine.lo[a]) || (d.periodic[a] && !wraps[a])) lo[a] -= reach;
-        if (std::isfinite(mine.hi[a]) || (d.periodic[a] && !wraps[a])) hi[a] += reach;
+        if (std::isfinite(mine.lo[a]) || (d.periodic[a] && !wraps[a])) box.lo[a] -= reach;
+        if (std::isfinite(mine.hi[a]) || (d.periodic[a] && !wraps[a])) box.hi[a] += reach;
     }
     const int aim = s.model.settings.tile_grains > 0 ? s.model.settings.tile_grains : kDefaultTileGrains;
-    return core::choose_grid(d, lo, hi, reach, wraps, sub.n_owned, static_cast<std::size_t>(aim));
+    return core::choose_grid(d, box.lo, box.hi, reach, wraps, s.sub.n_owned, static_cast<std::size_t>(aim));
 }
 
 } // namespace
 
 void bin_grains(EngineState& s) {
     Subdomain& sub = s.sub;
-    for (core::LocalIndex i = 0; i < sub.n_owned; ++i) check_inside(s, sub.particles[i]);
-    sub.order = core::CellOrder(grid_for(s));
+    const core::Box extent = check_grains(s);
+    sub.order = core::CellOrder(grid_for(s, extent));
 
     std::vector<std::uint32_t> cell(sub.n_owned), order;
     for_blocks(s, sub.n_owned, [&](std::uint32_t i) { cell[i] = sub.order.rank_of(sub.particles[i].position); });
@@ -81,17 +119,15 @@ void bin_grains(EngineState& s) {
     permute(s, sub.slot_of, order);
 
     const core::CellGrid& grid = sub.order.grid;
+    sub.tiles.swap(sub.spare_tiles);
+    sub.spare_tiles.clear();
     sub.tiles.resize(static_cast<std::size_t>(grid.n_tiles()));
     int t = 0;
     for (int x = 0; x < grid.tiles[0]; ++x)
         for (int y = 0; y < grid.tiles[1]; ++y)
             for (int z = 0; z < grid.tiles[2]; ++z, ++t) {
-                core::Tile& tile = sub.tiles[t];
-                tile.index[0] = x;
-                tile.index[1] = y;
-                tile.index[2] = z;
-                tile.first = sub.cell_first[sub.order.first_of_tile[t]];
-                tile.count = sub.cell_first[sub.order.first_of_tile[t + 1]] - tile.first;
+                const std::uint32_t first = sub.cell_first[sub.order.first_of_tile[t]];
+                sub.tiles[t].start({x, y, z}, first, sub.cell_first[sub.order.first_of_tile[t + 1]] - first);
             }
     core::link_neighbours(sub.order, sub.tiles);
 }

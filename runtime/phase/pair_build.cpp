@@ -25,17 +25,23 @@ void empty_tiles(EngineState& s) {
     sub.laid_out = true;
     end_watch(s);
     lay_out_contacts(s, sub.contacts);
-    sub.sums.assign(sub.n_owned, core::ForceSum{});
+    sub.sums.resize(sub.n_owned);
     sub.slot_of.resize(sub.n_owned);
-    for (Tile& tile : sub.tiles) {
-        for (std::uint32_t k = 0; k < tile.count; ++k) sub.sums[tile.first + k] = tile.sums[k];
-        for (std::uint32_t k = 0; k < tile.count; ++k) sub.slot_of[tile.first + k] = tile.first + k;
+    s.workers.for_each(Phase::pair_build, static_cast<int>(sub.tiles.size()), [&](int t) {
+        const Tile& tile = sub.tiles[t];
+        for (std::uint32_t k = 0; k < tile.count; ++k) {
+            sub.sums[tile.first + k] = tile.sums[k];
+            sub.slot_of[tile.first + k] = tile.first + k;
+        }
+    });
+    for (const Tile& tile : sub.tiles) {
         sub.heat.friction += tile.heat.friction;
         sub.heat.damping += tile.heat.damping;
         sub.heat.rolling += tile.heat.rolling;
     }
     // Ghosts and candidate lists are void from here.
     sub.particles.resize(sub.n_owned);
+    sub.spare_tiles.swap(sub.tiles);
     sub.tiles.clear();
 }
 
@@ -125,9 +131,9 @@ void build_pairs(EngineState& s) {
     });
     s.workers.timed(Phase::pair_build, 0, [&] { core::link_borders(sub.tiles); });
     // What travelled is in the tiles now.
-    sub.contacts = core::ContactStore{};
-    sub.sums = {};
-    sub.slot_of = {};
+    sub.contacts.clear();
+    sub.sums.clear();
+    sub.slot_of.clear();
     sub.laid_out = false;
 }
 
