@@ -1,6 +1,9 @@
 // core/domain.hpp: the box of the simulation, closed or periodic on each axis.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
+
 #include "core/particles.hpp"
 
 namespace talus::core {
@@ -11,6 +14,12 @@ struct Domain {
     bool periodic[3] = {false, false, false};
 
     double length(int axis) const { return hi[axis] - lo[axis]; }
+    /// Largest magnitude of a coordinate.
+    double extent() const {
+        double e = 0.0;
+        for (int a = 0; a < 3; ++a) e = std::max({e, std::fabs(lo[a]), std::fabs(hi[a])});
+        return e;
+    }
 };
 
 /// Period and its inverse on each axis, zero on closed ones: then `minimum_image` leaves a component unchanged to the bit.

@@ -6,6 +6,7 @@
 // named, since a force there means that grains stand in each other's centres.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 
 #include "core/constants.hpp"
@@ -40,6 +41,11 @@ struct FixedUnits {
         return u;
     }
 };
+
+/// The largest force cap that units have room for, with the radius and extent they were made with [N]; not below the cap of then.
+inline double most_force(const FixedUnits& u, double radius_max, double extent) {
+    return kCapUnits * std::min({u.force.unit, u.torque.unit / radius_max, 0.5 * u.wall_torque.unit / std::max(extent, radius_max)});
+}
 
 using Wide = __int128;
 

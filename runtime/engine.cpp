@@ -68,10 +68,7 @@ void Engine::fix_units() {
                 if (!(m.materials[a].rigid && m.materials[b].rigid))
                     force_cap = std::max(force_cap, 4.0 / 3.0 * core::effective_young(m.materials[a], m.materials[b]) * m.radius_max * m.radius_max);
     }
-    const core::Domain& d = m.settings.domain;
-    double extent = 0.0;
-    for (int a = 0; a < 3; ++a) extent = std::max({extent, std::fabs(d.lo[a]), std::fabs(d.hi[a])});
-    m.units = core::FixedUnits::make(force_cap, m.radius_max, extent);
+    m.units = core::FixedUnits::make(force_cap, m.radius_max, m.settings.domain.extent());
     // As many small grains as fit around the largest one, each at the cap, must not overflow a sum.
     const double ratio = m.radius_max / m.radius_min;
     const double most_contacts = 4.0 * (1.0 + ratio) * (1.0 + ratio) + core::kMaxWalls;

@@ -82,7 +82,10 @@ void Engine::set_laws(const core::Laws& laws) {
     if (const std::string faults = laws_faults(laws); !faults.empty()) fail(ErrorKind::argument, "{}", faults);
     core::Laws& now = s.model.settings.laws;
     if (s.model.units_fixed && laws.normal != now.normal) fail(ErrorKind::state, "the normal law is chosen before the first step: the unit of force sums follows from it");
-    if (s.model.units_fixed && laws.normal == core::NormalLaw::linear && laws.stiffness_n > now.stiffness_n) fail(ErrorKind::state, "stiffness_n = {}: above the {} N/m from which the unit of force sums was made at the first step", laws.stiffness_n, now.stiffness_n);
+    if (s.model.units_fixed && laws.normal == core::NormalLaw::linear) {
+        const double most = core::most_force(s.model.units, s.model.radius_max, s.model.settings.domain.extent()) / s.model.radius_max;
+        if (laws.stiffness_n > most) fail(ErrorKind::state, "stiffness_n = {}: the unit of force sums, made at the first step, has room for at most {} N/m; begin with the largest stiffness that is to come", laws.stiffness_n, most);
+    }
     if (laws.tangential != now.tangential || laws.rolling != now.rolling || laws.normal != now.normal) {
         // The rows mean something else now: every contact starts anew, with the touching bits kept.
         const int quads = core::history_doubles(laws) / 4;

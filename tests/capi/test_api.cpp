@@ -155,6 +155,45 @@ TEST(Api, laws_changed_between_steps_start_all_histories_anew_but_keep_the_conta
     EXPECT_EQ(talus_engine_set_laws(world.handle(), &laws), TALUS_ERR_ARGUMENT);
 }
 
+TEST(Api, a_linear_law_may_be_softened_and_stiffened_again_as_far_as_the_first_steps_unit_reaches) {
+    talus_settings settings = bare_settings({0, 0, 0}, {1, 1, 1}, 1e-5);
+    settings.laws.normal = TALUS_NORMAL_LINEAR;
+    settings.laws.stiffness_n = 1000.0;
+    talus_engine* raw = nullptr;
+    ASSERT_EQ(talus_engine_create(&settings, &raw), TALUS_OK);
+    World world(raw);
+    talus_material material;
+    talus_material_init(&material);
+    material.young = 1e7;
+    material.poisson = 0.2;
+    material.density = 2500.0;
+    int32_t first = 0;
+    world.check(talus_material_add(raw, &material, &first));
+    const double position[3] = {0.5, 0.5, 0.5}, radius = 0.01;
+    talus_particles grain;
+    talus_particles_init(&grain);
+    talus_contact contact;
+    talus_contact_init(&contact);
+    contact.restitution = 0.5;
+    contact.friction = 0.5;
+    world.check(talus_contact_set(raw, first, first, &contact));
+    const int64_t label = 1;
+    grain.count = 1;
+    grain.label = &label;
+    grain.position = position;
+    grain.radius = &radius;
+    world.check(talus_particles_insert(raw, &grain, 0.0));
+    world.step(1);
+    talus_laws laws = settings.laws;
+    for (const double stiffness : {100.0, 1000.0}) {
+        laws.stiffness_n = stiffness;
+        EXPECT_EQ(talus_engine_set_laws(raw, &laws), TALUS_OK) << talus_engine_message(raw);
+    }
+    laws.stiffness_n = 2001.0; // units are powers of two: below twice the first there may be room
+    EXPECT_EQ(talus_engine_set_laws(raw, &laws), TALUS_ERR_STATE);
+    EXPECT_NE(std::string(talus_engine_message(raw)).find("has room for at most"), std::string::npos) << talus_engine_message(raw);
+}
+
 TEST(Api, grains_above_a_level_are_removed_and_the_others_stay) {
     World world = small_world();
     world.step(5);

@@ -141,5 +141,20 @@ TEST(FixedSum, wide_sums_pass_a_serial_communicator_unchanged) {
     EXPECT_EQ(serial.sum_modulo(~std::uint64_t{0}), ~std::uint64_t{0});
 }
 
+TEST(FixedSum, units_have_room_for_the_cap_they_were_made_with_and_tell_how_much_more) {
+    test::Random random(12);
+    for (int k = 0; k < 1000; ++k) {
+        const double cap = std::pow(10.0, random.uniform(-9.0, 6.0)), radius = std::pow(10.0, random.uniform(-5.0, 0.0)), extent = std::pow(10.0, random.uniform(-4.0, 2.0));
+        const FixedUnits u = FixedUnits::make(cap, radius, extent);
+        const double most = most_force(u, radius, extent);
+        EXPECT_GE(most, cap * (1.0 - 1e-15));
+        EXPECT_LE(most, 2.0 * cap * (1.0 + 1e-15));
+        // Each product at that cap is within the units' own.
+        EXPECT_LE(most, kCapUnits * u.force.unit * (1.0 + 1e-15));
+        EXPECT_LE(most * radius, kCapUnits * u.torque.unit * (1.0 + 1e-15));
+        EXPECT_LE(2.0 * most * std::max(extent, radius), kCapUnits * u.wall_torque.unit * (1.0 + 1e-15));
+    }
+}
+
 } // namespace
 } // namespace talus::core
