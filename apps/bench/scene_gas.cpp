@@ -14,7 +14,7 @@ constexpr double kStep = 1.325e-5; // s, that of the peers' decks
 /// which ends where it would attract, but its contacts do not end there. Model B, of another form, lies at about 0.31.
 constexpr double kRestitution = 0.32;
 constexpr double kSolidFraction = 0.3;
-/// Largest speed along each axis at the start [m/s]. With the default skin lists then last about five steps.
+/// Largest speed along each axis at the start [m/s]. With a skin of a tenth of a diameter lists then last about five steps.
 constexpr double kSpeed = 0.8;
 /// Height above the grains, in those that the fastest could reach.
 constexpr double kHeadroom = 2.0;

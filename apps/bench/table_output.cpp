@@ -80,6 +80,7 @@ void write_json(const Table& t, const std::string& path) {
                  {"tangential", static_cast<int>(t.laws.tangential)}, {"rolling", static_cast<int>(t.laws.rolling)}};
     j["seconds"] = t.wall;
     j["particle_steps_per_second"] = t.particle_steps() / t.wall;
+    j["bytes_per_particle"] = static_cast<double>(t.memory.total()) / t.particles; // as a run's summary.json has it
     j["memory"] = {{"peak", t.peak}, {"resident", t.resident}, {"records", t.memory.records}, {"cells", t.memory.cells}, {"sums", t.memory.sums},
                    {"pairs", t.memory.pairs}, {"histories", t.memory.histories}, {"rebuild", t.memory.rebuild}};
     j["candidates"] = t.candidates;

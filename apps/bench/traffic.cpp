@@ -29,8 +29,9 @@ Traffic traffic(const runtime::EngineState& s) {
     t.force = ids * (kIndex + kRecord + kSum) + force_bytes(lists, row);
     // Records are read and written, sums read; border rows are read by way of their index. References are touched by wraps alone.
     t.integrate = own * (2.0 * kRecord + kSum) + border * (kIndex + kSum);
-    // Cell numbers from positions; the counting sort with its labels; records, references, sums and places brought into the new order.
-    t.binning = own * ((kLine + kIndex) + (2.0 * kIndex + kLine) + 2.0 * (kRecord + kReference + kSum + kIndex) + 4.0 * kIndex);
+    // Cell numbers from positions; the counting sort with its labels; records, references, sums and places brought into the new order,
+    // each by way of a scratch.
+    t.binning = own * ((kLine + kIndex) + (2.0 * kIndex + kLine) + 4.0 * (kRecord + kReference + kSum + kIndex) + 4.0 * kIndex);
     // Contacts are laid out: the lists passed twice, rows copied, an entry for each of both grains. Records of all that a tile knows are
     // read; new lists are written; entries and rows are read back. Records are marked, sums returned.
     t.pair_build = layout_bytes(lists, row) + 2.0 * kEntry * lists.contacts + ids * (2.0 * kIndex + kRecord) + list_bytes(lists, row) + lists.contacts * (2.0 * kEntry + row) +

@@ -49,7 +49,7 @@ def check_table(folder):
     table = json.loads(out.read_text())
     expect(table["scene"] == "gas" and table["steps"] == 20 and table["threads"] == 2 and table["particles"] == 512, "the JSON tells another run")
     expect([row["name"] for row in table["phases"]] == ["binning", "pair_build", "force", "integrate", "halo_exchange", "rebalance"], "the JSON has other phases")
-    expect(all(table[key] > 0 for key in ("particle_steps_per_second", "rebuilds", "empty_firing")), "the JSON has figures that are not positive")
+    expect(all(table[key] > 0 for key in ("particle_steps_per_second", "bytes_per_particle", "rebuilds", "empty_firing")), "the JSON has figures that are not positive")
     memory = table["memory"]
     expect(memory["peak"] >= 0.9 * memory["resident"] > memory["records"] > 0, "the memory of the JSON does not fit together")
     expect(all(table["roofs"][key] > 0 for key in ("triad", "triad_one_thread", "divide_four", "root_four")), "the JSON has roofs that are not positive")
