@@ -1,6 +1,9 @@
 #include "core/candidate_pairs.hpp"
 
 #include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
 #include <limits>
 #include <utility>
 
@@ -9,6 +12,9 @@
 namespace talus::core {
 
 namespace {
+
+/// With room for the rounding of a few operations in single precision.
+float round_up(double length) { return static_cast<float>(length * (1.0 + 1e-5)); }
 
 using Cell = CandidateScratch::Cell;
 
@@ -97,17 +103,72 @@ void number_shell(const CandidateSource& s, const Tile& tile, CandidateScratch& 
 }
 
 /// Copy what the search reads of the brick and the layer around it.
-void gather(const CandidateSource& s, CandidateScratch& scratch) {
-    scratch.owned.clear();
-    scratch.ghosts.clear();
-    for (const Cell& c : scratch.cells) {
-        scratch.owned.begin_cell();
-        for (std::uint32_t g = c.first; g < c.last; ++g) scratch.owned.add(s.particles[g], c.id + (g - c.first), c.shift);
-        scratch.ghosts.begin_cell();
-        for (std::uint32_t g = c.ghost_first; g < c.ghost_last; ++g) scratch.ghosts.add(s.particles[s.n_owned + s.ghost_order[g]], c.ghost_id + (g - c.ghost_first), s.ghost_shift[s.ghost_order[g]] + c.shift);
+void gather(const CandidateSource& s, const Brick& brick, CandidateScratch& scratch) {
+    Vec3d base;
+    double* const at[3] = {&base.x, &base.y, &base.z};
+    for (int a = 0; a < 3; ++a) *at[a] = s.order.grid.origin[a] + (brick.base[a] + 0.5 * brick.extent[a]) / s.order.grid.inverse_width[a];
+    const auto copy = [&](CandidateScratch::Grains& to, auto first_of, auto last_of, auto set) {
+        to.first.clear();
+        std::uint32_t n = 0;
+        for (const Cell& c : scratch.cells) {
+            to.first.push_back(n);
+            n += last_of(c) - first_of(c);
+        }
+        to.first.push_back(n);
+        to.resize();
+        std::uint32_t k = 0;
+        for (const Cell& c : scratch.cells)
+            for (std::uint32_t g = first_of(c); g < last_of(c); ++g) set(c, g, k++);
+    };
+    copy(
+        scratch.owned, [](const Cell& c) { return c.first; }, [](const Cell& c) { return c.last; },
+        [&](const Cell& c, std::uint32_t g, std::uint32_t k) { scratch.owned.set(k, s.particles[g], c.id + (g - c.first), c.shift, base); });
+    copy(
+        scratch.ghosts, [](const Cell& c) { return c.ghost_first; }, [](const Cell& c) { return c.ghost_last; },
+        [&](const Cell& c, std::uint32_t g, std::uint32_t k) {
+            const std::uint32_t ghost = s.ghost_order[g];
+            scratch.ghosts.set(k, s.particles[s.n_owned + ghost], c.ghost_id + (g - c.ghost_first), s.ghost_shift[ghost] + c.shift, base);
+        });
+}
+
+/// For every byte the places of its set bits, first to last.
+constexpr auto kPlaces = [] {
+    std::array<std::array<std::uint8_t, 8>, 256> places{};
+    for (std::size_t bits = 0; bits < 256; ++bits)
+        for (std::uint8_t k = 0, n = 0; k < 8; ++k)
+            if ((bits >> k & 1) != 0) places[bits][n++] = k;
+    return places;
+}();
+
+/// Append to `found` those of the grains [from, to) that may be within reach of grain g. No branch on what is found: half of what is
+/// looked at is, and a processor guesses badly. @return their new number
+std::size_t look_near(const CandidateScratch::Grains& all, std::uint32_t from, std::uint32_t to, const CandidateScratch::Grains& grains, std::uint32_t g, float reach, std::size_t n, std::vector<std::uint32_t>& found) {
+    if (n + (to - from) + 8 > found.size()) found.resize(2 * (n + (to - from) + 8));
+    const F8 gx = F8{} + grains.x[g], gy = F8{} + grains.y[g], gz = F8{} + grains.z[g], near_g = F8{} + reach;
+    for (std::uint32_t k = from; k < to; k += 8) {
+        const F8 dx = gx - load_any(&all.x[k]), dy = gy - load_any(&all.y[k]), dz = gz - load_any(&all.z[k]), near = near_g + load_any(&all.radius[k]);
+        unsigned bits = bits_of(Word8(dx * dx + dy * dy + dz * dz < near * near));
+        if (to - k < 8) bits &= (1u << (to - k)) - 1u;
+        const __m256i places = _mm256_cvtepu8_epi32(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(kPlaces[bits].data())));
+        _mm256_storeu_si256(reinterpret_cast<__m256i*>(found.data() + n), _mm256_add_epi32(places, _mm256_set1_epi32(static_cast<int>(k))));
+        n += static_cast<std::size_t>(std::popcount(bits));
     }
-    scratch.owned.close();
-    scratch.ghosts.close();
+    return n;
+}
+
+/// List those of the n found whose surfaces are nearer to that of grain g than the skin.
+void list_near(const CandidateScratch::Grains& all, const CandidateScratch::Grains& grains, std::uint32_t g, double skin, std::size_t n, CandidateScratch& scratch) {
+    if (scratch.n_pairs + n > scratch.pairs.size()) scratch.pairs.resize(2 * (scratch.n_pairs + n));
+    const auto& a = grains.exact[g];
+    CandidatePair* to = scratch.pairs.data() + scratch.n_pairs;
+    for (std::size_t f = 0; f < n; ++f) {
+        const auto& b = all.exact[scratch.found[f]];
+        const double dx = a.x - b.x, dy = a.y - b.y, dz = a.z - b.z, near = a.radius + skin + b.radius;
+        if (!(dx * dx + dy * dy + dz * dz < near * near)) [[unlikely]] continue;
+        const bool in_order = a.label < b.label;
+        *to++ = {in_order ? a.id : b.id, in_order ? b.id : a.id};
+    }
+    scratch.n_pairs = static_cast<std::size_t>(to - scratch.pairs.data());
 }
 
 /// Drop the shell grains that no pair uses and renumber the rest.
@@ -115,7 +176,8 @@ void compress_border(const CandidateSource& s, Tile& tile, CandidateScratch& scr
     constexpr TileLocal kUnused = 0xffffffffu;
     auto& new_id = scratch.new_id;
     new_id.assign(scratch.shell.size(), kUnused);
-    for (const CandidatePair& p : scratch.pairs)
+    const std::span<CandidatePair> pairs(scratch.pairs.data(), scratch.n_pairs);
+    for (const CandidatePair& p : pairs)
         if (p.partner() >= tile.count) new_id[p.partner() - tile.count] = 0;
     tile.index_of.resize(tile.count);
     for (std::uint32_t k = 0; k < tile.count; ++k) tile.index_of[k] = tile.first + k;
@@ -133,33 +195,51 @@ void compress_border(const CandidateSource& s, Tile& tile, CandidateScratch& scr
     }
     std::sort(tile.ghost_chunks.begin(), tile.ghost_chunks.end());
     tile.ghost_chunks.erase(std::unique(tile.ghost_chunks.begin(), tile.ghost_chunks.end()), tile.ghost_chunks.end());
-    for (CandidatePair& p : scratch.pairs) {
+    for (CandidatePair& p : pairs) {
         TileLocal& partner = p.i > p.j ? p.i : p.j;
         if (partner >= tile.count) partner = new_id[partner - tile.count];
     }
 }
 
-void list_walls(const CandidateSource& s, int history_doubles, Tile& tile, std::vector<CandidatePair>& pairs) {
+void list_walls(const CandidateSource& s, int history_doubles, Tile& tile, CandidateScratch& scratch) {
     tile.walls.resize(s.walls.size());
+    if (scratch.pairs.size() < tile.count) scratch.pairs.resize(tile.count);
     for (std::size_t w = 0; w < s.walls.size(); ++w) {
         const WallPlane& wall = s.walls[w];
-        pairs.clear();
+        std::size_t n = 0;
         double clearance = std::numeric_limits<double>::infinity();
         for (TileLocal k = 0; k < tile.count; ++k) {
             const Particle& p = s.particles[tile.first + k];
             const double gap = height_above<double>(wall.point, wall.normal, make_vec3(p.position)) - p.radius;
             if (gap < s.skin)
-                pairs.push_back({k, k});
+                scratch.pairs[n++] = {k, k};
             else
                 clearance = std::min(clearance, gap);
         }
         tile.wall_clearance[w] = clearance;
         tile.walls[w].start(history_doubles);
-        tile.walls[w].set_candidates(pairs);
+        tile.walls[w].set_candidates({scratch.pairs.data(), n});
     }
 }
 
 } // namespace
+
+void CandidateScratch::Grains::resize() {
+    const std::size_t n = count();
+    for (auto* column : {&x, &y, &z, &radius}) column->resize(n + 7);
+    exact.resize(n);
+    rounding = 0.0f;
+}
+
+void CandidateScratch::Grains::set(std::uint32_t k, const Particle& p, TileLocal grain, const Vec3d& shift, const Vec3d& base) {
+    const Exact& e = exact[k] = {p.position[0] + shift.x, p.position[1] + shift.y, p.position[2] + shift.z, p.radius, p.label, grain};
+    x[k] = static_cast<float>(e.x - base.x);
+    y[k] = static_cast<float>(e.y - base.y);
+    z[k] = static_cast<float>(e.z - base.z);
+    radius[k] = round_up(p.radius);
+    // Two grains are each off by half a unit in the last place of the larger, on three axes.
+    rounding = std::max(rounding, 2.5e-7f * (std::fabs(x[k]) + std::fabs(y[k]) + std::fabs(z[k])));
+}
 
 void build_candidates(const CandidateSource& s, int history_doubles, Tile& tile, CandidateScratch& scratch) {
     Brick brick;
@@ -170,31 +250,38 @@ void build_candidates(const CandidateSource& s, int history_doubles, Tile& tile,
     look_up_cells(s, brick, scratch.cells);
     number_shell(s, tile, scratch);
 
-    gather(s, scratch);
-    auto& pairs = scratch.pairs;
-    pairs.clear();
+    gather(s, brick, scratch);
+    scratch.n_pairs = 0;
     const CandidateScratch::Grains &owned = scratch.owned, &ghosts = scratch.ghosts;
-    const auto list = [&](std::uint32_t g, const CandidateScratch::Grains& others, std::uint32_t from, std::uint32_t to) {
-        others.each_near(from, to, owned, g, s.skin, [&](std::uint32_t k) {
-            pairs.push_back(owned.label[g] < others.label[k] ? CandidatePair{owned.id[g], others.id[k]} : CandidatePair{others.id[k], owned.id[g]});
-        });
-    };
+    const float skin = round_up(s.skin);
+    const auto runs = [&](const CandidateScratch::Grains& all, int x, int y, int z) { return std::pair{all.first[brick.at(x, y, z - 1)], all.first[brick.at(x, y, z + 1) + 1]}; };
     for (int x = 0; x < brick.extent[0]; ++x)
         for (int y = 0; y < brick.extent[1]; ++y)
             for (int z = 0; z < brick.extent[2]; ++z)
                 for (std::uint32_t g = owned.first[brick.at(x, y, z)]; g < owned.first[brick.at(x, y, z) + 1]; ++g) {
+                    const auto reach = [&](const CandidateScratch::Grains& all) { return owned.radius[g] + skin + std::max(owned.rounding, all.rounding); };
                     // Each pair of cells is searched from one of them; ghosts search nobody, so all around are looked at.
-                    list(g, owned, g + 1, owned.first[brick.at(x, y, z + 1) + 1]);
-                    for (const auto& [dx, dy] : {std::pair{0, 1}, {1, -1}, {1, 0}, {1, 1}}) list(g, owned, owned.first[brick.at(x + dx, y + dy, z - 1)], owned.first[brick.at(x + dx, y + dy, z + 1) + 1]);
-                    if (ghosts.id.empty()) continue;
+                    std::size_t n = look_near(owned, g + 1, owned.first[brick.at(x, y, z + 1) + 1], owned, g, reach(owned), 0, scratch.found);
+                    for (const auto& [dx, dy] : {std::pair{0, 1}, {1, -1}, {1, 0}, {1, 1}}) {
+                        const auto [from, to] = runs(owned, x + dx, y + dy, z);
+                        n = look_near(owned, from, to, owned, g, reach(owned), n, scratch.found);
+                    }
+                    list_near(owned, owned, g, s.skin, n, scratch);
+                    if (ghosts.count() == 0) continue;
+                    n = 0;
                     for (int dx = -1; dx <= 1; ++dx)
-                        for (int dy = -1; dy <= 1; ++dy) list(g, ghosts, ghosts.first[brick.at(x + dx, y + dy, z - 1)], ghosts.first[brick.at(x + dx, y + dy, z + 1) + 1]);
+                        for (int dy = -1; dy <= 1; ++dy) {
+                            const auto [from, to] = runs(ghosts, x + dx, y + dy, z);
+                            n = look_near(ghosts, from, to, owned, g, reach(ghosts), n, scratch.found);
+                        }
+                    list_near(ghosts, owned, g, s.skin, n, scratch);
                 }
     compress_border(s, tile, scratch);
     tile.pairs.start(history_doubles);
-    tile.pairs.set_candidates(pairs);
-    list_walls(s, history_doubles, tile, pairs);
-    tile.sums.assign(tile.index_of.size(), ForceSum{});
+    tile.pairs.set_candidates({scratch.pairs.data(), scratch.n_pairs});
+    list_walls(s, history_doubles, tile, scratch);
+    tile.by_grain.first.clear();
+    tile.sums.resize(tile.index_of.size());
     tile.wall_sums.assign(s.walls.size(), WallSum{});
 }
 

@@ -5,7 +5,6 @@
 // kernel then takes the minimum image, which is the same one since periods are at least twice the reach.
 #pragma once
 
-#include <bit>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -40,55 +39,35 @@ struct CandidateScratch {
         Vec3d shift{0, 0, 0};
         bool exists = false;
     };
-    /// The grains of a brick of cells and of one layer around it, cell after cell, as columns: cells that follow each other along z
-    /// stand together, and are searched four grains at a time.
+    /// The grains of a brick of cells and of one layer around it, cell after cell: cells that follow each other along z stand together.
+    /// A search looks at eight grains at a time in single precision, with room for its rounding, then at those found in double.
     struct Grains {
+        struct Exact {
+            double x, y, z, radius; // m, images shifted to where they are near
+            Label label;
+            TileLocal id; // before compression
+        };
         std::vector<std::uint32_t> first; // [cells + 1]
-        std::vector<double> x, y, z, radius; // m, images shifted to where they are near
-        std::vector<TileLocal> id;           // before compression
-        std::vector<Label> label;
+        std::vector<float> x, y, z, radius; // from a point of the brick, radii rounded up; may be read to seven places behind the end
+        std::vector<Exact> exact;
+        float rounding = 0.0f; // m, of distances between them
 
-        void clear() {
-            first.clear();
-            for (auto* column : {&x, &y, &z, &radius}) column->clear();
-            id.clear();
-            label.clear();
-        }
-        void begin_cell() { first.push_back(static_cast<std::uint32_t>(id.size())); }
-        void add(const Particle& p, TileLocal grain, const Vec3d& shift) {
-            x.push_back(p.position[0] + shift.x);
-            y.push_back(p.position[1] + shift.y);
-            z.push_back(p.position[2] + shift.z);
-            radius.push_back(p.radius);
-            id.push_back(grain);
-            label.push_back(p.label);
-        }
-        /// Columns may be read to three places behind their ends.
-        void close() {
-            begin_cell();
-            for (auto* column : {&x, &y, &z, &radius}) column->resize(column->size() + 3);
-        }
-        /// visit(k) for each in [from, to) whose surface is nearer than `skin` to that of grain g of `grains`.
-        template <class Visit>
-        void each_near(std::uint32_t from, std::uint32_t to, const Grains& grains, std::uint32_t g, double skin, Visit visit) const {
-            const V4 gx = splat<V4>(grains.x[g]), gy = splat<V4>(grains.y[g]), gz = splat<V4>(grains.z[g]), reach = splat<V4>(grains.radius[g] + skin);
-            for (std::uint32_t k = from; k < to; k += 4) {
-                const V4 dx = gx - load_any(&x[k]), dy = gy - load_any(&y[k]), dz = gz - load_any(&z[k]), near = reach + load_any(&radius[k]);
-                unsigned bits = bits_of(dx * dx + dy * dy + dz * dz < near * near);
-                if (to - k < 4) bits &= (1u << (to - k)) - 1u;
-                for (; bits != 0; bits &= bits - 1) visit(k + static_cast<std::uint32_t>(std::countr_zero(bits)));
-            }
-        }
+        std::uint32_t count() const { return first.back(); }
+        /// Make room for the grains that `first` counts.
+        void resize();
+        void set(std::uint32_t k, const Particle& p, TileLocal grain, const Vec3d& shift, const Vec3d& base);
     };
     std::vector<Cell> cells;
     Grains owned, ghosts;
     std::vector<std::uint32_t> order;
     std::vector<LocalIndex> shell; // particles with ids beyond the own ones, before compression
     std::vector<TileLocal> new_id;
-    std::vector<CandidatePair> pairs;
+    std::vector<std::uint32_t> found;
+    std::vector<CandidatePair> pairs; // the first n_pairs
+    std::size_t n_pairs = 0;
 };
 
-/// Build a tile's lists of candidates, its border and its wall lists, without contacts; sums are sized and cleared.
+/// Build a tile's lists of candidates, its border and its wall lists, without contacts; sums are sized.
 /// The tile's index, first and count must be set.
 void build_candidates(const CandidateSource& source, int history_doubles, Tile& tile, CandidateScratch& scratch);
 

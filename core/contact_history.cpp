@@ -1,75 +1,145 @@
 #include "core/contact_history.hpp"
 
-#include <cstring>
+#include <bit>
+
+#include "core/simd.hpp"
 
 namespace talus::core {
 
 namespace {
-// Tiles count and fill at once, and a pair across tiles has an entry on both sides: the cursor of a grain is shared.
-std::uint32_t next(std::uint32_t& cursor) { return std::atomic_ref(cursor).fetch_add(1, std::memory_order_relaxed); }
+
+std::uint32_t key_of(Label label) { return static_cast<std::uint32_t>(label); }
+
+/// visit(number, list, contact, label of the wall or -1) for the touching contacts of a tile.
+template <class Visit>
+void each_touching(const Tile& tile, Visit visit) {
+    std::uint32_t before = 0;
+    const auto list = [&](const ContactList& contacts, Label wall) {
+        for (std::uint32_t octet = 0; octet < contacts.touching.size(); ++octet)
+            for (unsigned bits = contacts.touching[octet]; bits != 0; bits &= bits - 1) {
+                const std::uint32_t k = 8 * octet + static_cast<std::uint32_t>(std::countr_zero(bits));
+                visit(before + k, contacts, k, wall);
+            }
+        before += contacts.n_contacts;
+    };
+    list(tile.pairs, -1);
+    for (std::size_t w = 0; w < tile.walls.size(); ++w) list(tile.walls[w], kWallLabel + static_cast<Label>(w));
+}
+
+/// The contact of grain `id` with a partner in an indexed tile.
+HistoryPlace find_in_tile(const std::vector<Label>& labels, const Tile& tile, TileLocal id, Label partner) {
+    const std::uint32_t from = tile.by_grain.first[id], to = tile.by_grain.first[id + 1];
+    const Word8 key = Word8{} + static_cast<std::int32_t>(key_of(partner));
+    for (std::uint32_t e = from; e < to; e += 8) {
+        unsigned bits = bits_of(load_any(&tile.by_grain.key[e]) == key);
+        if (to - e < 8) bits &= (1u << (to - e)) - 1u;
+        for (; bits != 0; bits &= bits - 1) {
+            const NumberedContact c = contact_by_number(tile, tile.by_grain.number[e + static_cast<std::uint32_t>(std::countr_zero(bits))]);
+            const CandidatePair pair = c.place.list->contacts[c.place.at];
+            if ((c.wall >= 0 ? c.wall : labels[tile.index_of[pair.i == id ? pair.j : pair.i]]) == partner) return c.place;
+        }
+    }
+    return {};
+}
+
+HistoryPlace find_among_all(const ContactStore& store, std::uint32_t slot, Label partner) {
+    HistoryPlace found;
+    store.each(slot, [&](Label label, const HistoryPlace& place) {
+        if (label == partner) found = place;
+    });
+    return found;
+}
+
 } // namespace
 
-void ContactLayout::count(const Tile& tile) {
-    each_touching(tile, [&](LocalIndex a, LocalIndex b, Label, const ContactList&, std::uint32_t) {
-        next(store_.first[a + 1]);
-        if (b < n_owned_) next(store_.first[b + 1]);
-    });
+void ContactStore::open(std::uint32_t slot) const {
+    if (slot >= n_grains) return;
+    Tile& own = tile_of(slot);
+    index_contacts(labels, own);
+    for (const IncomingSums& in : own.incoming) index_contacts(labels, tiles[static_cast<std::size_t>(in.from_tile)]);
 }
 
-void ContactLayout::allocate(const std::vector<Tile>& tiles) {
-    for (std::size_t g = 1; g < store_.first.size(); ++g) store_.first[g] += store_.first[g - 1];
-    store_.entries.resize(store_.first.back());
-    first_row_of_tile_.assign(1, 0);
-    for (const Tile& t : tiles) {
-        std::uint32_t n = 0;
-        const auto count_bits = [&](const ContactList& list) {
-            for (const std::uint8_t bits : list.touching) n += static_cast<std::uint32_t>(std::popcount(bits));
-        };
-        count_bits(t.pairs);
-        for (const auto& w : t.walls) count_bits(w);
-        first_row_of_tile_.push_back(first_row_of_tile_.back() + n);
+void ContactStore::void_histories(int doubles) {
+    history_doubles = doubles;
+    for (Tile& t : tiles) {
+        t.pairs.void_histories(doubles);
+        for (ContactList& w : t.walls) w.void_histories(doubles);
     }
-    store_.rows.resize(static_cast<std::size_t>(first_row_of_tile_.back()) * store_.history_quads);
+    rows.assign(partners.size() * static_cast<std::size_t>(doubles), 0.0);
 }
 
-void ContactLayout::fill(int tile_index, const Tile& tile) {
-    std::uint32_t row = first_row_of_tile_[tile_index];
-    // first[g] serves as cursor; finish() moves it back.
-    each_touching(tile, [&](LocalIndex a, LocalIndex b, Label wall, const ContactList& list, std::uint32_t contact) {
-        const Label partner = wall >= 0 ? wall : particles_[b].label;
-        store_.entries[next(store_.first[a])] = {partner, row};
-        if (b < n_owned_) store_.entries[next(store_.first[b])] = {particles_[a].label, row};
-        list.get_history(contact, store_.values(row++));
-    });
-}
-
-void ContactLayout::finish() {
-    for (std::size_t g = store_.first.size() - 1; g > 0; --g) store_.first[g] = store_.first[g - 1];
-    store_.first[0] = 0;
-}
-
-void inherit_histories(const ContactStore& store, const std::vector<std::uint32_t>& slot_of, const std::vector<Particle>& particles, Tile& tile) {
-    struct Match {
-        std::uint32_t candidate;
-        const ContactEntry* entry;
+void index_contacts(const std::vector<Label>& labels, Tile& tile) {
+    auto& [first, numbers, keys] = tile.by_grain;
+    if (!first.empty()) return;
+    const TileLocal n = tile.count + tile.n_border;
+    // Counts two places on, so that filling with first[id + 1]++ leaves first[id] right.
+    first.assign(std::size_t{n} + 2, 0);
+    const auto each_end = [&](auto visit) {
+        each_touching(tile, [&](std::uint32_t number, const ContactList& list, std::uint32_t k, Label wall) {
+            const CandidatePair pair = list.contacts[k];
+            const TileLocal own = pair.own(), partner = pair.partner();
+            visit(own, number, partner, wall);
+            if (wall < 0 && partner < n) visit(partner, number, own, wall);
+        });
     };
-    std::vector<Match> matches;
-    const auto inherit = [&](ContactList& list, auto partner) {
+    each_end([&](TileLocal id, std::uint32_t, TileLocal, Label) { ++first[id + 2]; });
+    for (std::size_t id = 2; id < first.size(); ++id) first[id] += first[id - 1];
+    numbers.resize(first.back());
+    keys.resize(first.back() + std::size_t{7});
+    each_end([&](TileLocal id, std::uint32_t number, TileLocal partner, Label wall) {
+        const std::uint32_t at = first[id + 1]++;
+        numbers[at] = number;
+        keys[at] = key_of(wall >= 0 ? wall : labels[tile.index_of[partner]]);
+    });
+    first.pop_back();
+}
+
+void inherit_histories(const ContactStore& store, const std::vector<std::uint32_t>& slot_of, const std::vector<Particle>& particles, Tile& tile, InheritScratch& scratch) {
+    using Grain = InheritScratch::Grain;
+    const TileLocal n_here = tile.count + tile.n_border;
+    scratch.grains.resize(tile.index_of.size());
+    const Tile* last = nullptr;
+    for (TileLocal id = 0; id < tile.index_of.size(); ++id) {
+        Grain& g = scratch.grains[id] = {particles[tile.index_of[id]].label, nullptr, 0};
+        if (id >= n_here) continue;
+        g.id = slot_of[tile.index_of[id]];
+        if (g.id >= store.n_grains) continue;
+        // Grains that stand together stood together.
+        if (last == nullptr || g.id < last->first || g.id >= last->first + last->count) last = &store.tile_of(g.id);
+        g.tile = last;
+        g.id -= last->first;
+    }
+    const auto held_by = [&](const Grain& g, Label partner) {
+        if (g.tile != nullptr) return find_in_tile(store.labels, *g.tile, g.id, partner);
+        return find_among_all(store, g.id, partner);
+    };
+    const auto find = [&](CandidatePair pair) -> HistoryPlace {
+        const Grain &a = scratch.grains[pair.own()], &b = scratch.grains[pair.partner()];
+        const HistoryPlace place = held_by(a, b.label);
+        if (place.found() || a.tile == nullptr) return place;
+        // A pair across tiles stood in one of the two.
+        if (pair.partner() >= n_here) return find_among_all(store, a.tile->first + a.id, b.label);
+        return b.tile == a.tile ? place : held_by(b, a.label);
+    };
+    const auto inherit = [&](ContactList& list, auto place_of) {
+        auto& matches = scratch.matches;
         matches.clear();
         for (std::uint32_t k = 0; k < list.n_candidates; ++k)
-            if (const ContactEntry* e = store.find(slot_of[tile.index_of[list.candidates[k].own()]], partner(list.candidates[k]))) matches.push_back({k, e});
+            if (const HistoryPlace place = place_of(list.candidates[k]); place.found()) matches.push_back({k, place});
         // Room for those that will touch before the next rebuild, too.
         list.reserve_contacts(matches.size() + matches.size() / 16);
         std::uint32_t kept = matches.empty() ? list.n_candidates : matches.front().candidate, next = kept;
-        for (const Match& m : matches) {
+        double row[kMaxHistoryDoubles];
+        for (const InheritScratch::Match& m : matches) {
             while (next < m.candidate) list.candidates[kept++] = list.candidates[next++];
-            list.set_touching(list.add_contact(list.candidates[next++]), store.values(m.entry->row));
+            store.get(m.place, row);
+            list.set_touching(list.add_contact(list.candidates[next++]), row);
         }
         while (next < list.n_candidates) list.candidates[kept++] = list.candidates[next++];
         list.n_candidates = kept;
     };
-    inherit(tile.pairs, [&](CandidatePair p) { return particles[tile.index_of[p.partner()]].label; });
-    for (std::size_t w = 0; w < tile.walls.size(); ++w) inherit(tile.walls[w], [&](CandidatePair) { return kWallLabel + static_cast<Label>(w); });
+    inherit(tile.pairs, find);
+    for (std::size_t w = 0; w < tile.walls.size(); ++w) inherit(tile.walls[w], [&](CandidatePair p) { return held_by(scratch.grains[p.own()], kWallLabel + static_cast<Label>(w)); });
 }
 
 } // namespace talus::core

@@ -8,6 +8,7 @@
 #include <bit>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "core/particles.hpp"
@@ -29,11 +30,11 @@ struct alignas(64) Octet {
     double v[8];
 };
 
-/// Room for n items in an empty vector: memory that it has is used again, since the system gives pages slowly, but not kept when it is
-/// far too much.
+/// Room for n items: memory that a vector has is used again, since the system gives pages slowly, but not kept when it is empty and
+/// far too large.
 template <class T>
 void make_room(std::vector<T>& v, std::size_t n) {
-    if (v.capacity() > 2 * n + 64) v = std::vector<T>();
+    if (v.empty() && v.capacity() > n + n / 2 + 64) v = std::vector<T>();
     v.reserve(n);
 }
 
@@ -54,7 +55,7 @@ struct ContactList {
         history.clear();
         candidates.clear();
     }
-    void set_candidates(const std::vector<CandidatePair>& pairs) {
+    void set_candidates(std::span<const CandidatePair> pairs) {
         n_candidates = static_cast<std::uint32_t>(pairs.size());
         make_room(candidates, whole_octets(n_candidates));
         candidates.assign(pairs.begin(), pairs.end());
@@ -64,7 +65,7 @@ struct ContactList {
         if (n_candidates % 8 == 0) candidates.resize(n_candidates + 8, CandidatePair{0, 0});
         candidates[n_candidates++] = pair;
     }
-    /// Room for so many contacts in a list that has none.
+    /// Room for so many contacts.
     void reserve_contacts(std::size_t n) {
         n = whole_octets(n);
         make_room(contacts, n);
@@ -74,7 +75,7 @@ struct ContactList {
     /// @return its number; not touching, its history void
     std::uint32_t add_contact(CandidatePair pair) {
         if (n_contacts % 8 == 0) {
-            if (contacts.capacity() == n_contacts) grow(n_contacts + n_contacts / 8 + 8);
+            if (contacts.capacity() == n_contacts) reserve_contacts(n_contacts + n_contacts / 8 + 8);
             contacts.resize(n_contacts + 8, CandidatePair{0, 0});
             touching.push_back(0);
             history.resize(touching.size() * static_cast<std::size_t>(history_doubles));
@@ -99,11 +100,14 @@ struct ContactList {
     void get_history(std::uint32_t contact, double* row) const {
         for (int c = 0; c < history_doubles; ++c) row[c] = history[column(contact, c)].v[contact % 8];
     }
+    std::uint32_t n_touching() const {
+        std::uint32_t n = 0;
+        for (const std::uint8_t bits : touching) n += static_cast<std::uint32_t>(std::popcount(bits));
+        return n;
+    }
     /// Once a quarter of the contacts has parted, make candidates of those again.
     void retire_parted() {
-        std::uint32_t open = 0;
-        for (const std::uint8_t bits : touching) open += static_cast<std::uint32_t>(std::popcount(bits));
-        if (4 * (n_contacts - open) <= n_contacts) return;
+        if (4 * (n_contacts - n_touching()) <= n_contacts) return;
         std::uint32_t kept = 0;
         for (std::uint32_t k = 0; k < n_contacts; ++k) {
             if (!touches(k)) {
@@ -131,17 +135,11 @@ struct ContactList {
     }
 
 private:
-    void grow(std::size_t n) {
-        n = whole_octets(n);
-        contacts.reserve(n);
-        touching.reserve(n / 8);
-        history.reserve(n / 8 * static_cast<std::size_t>(history_doubles));
-    }
     static std::size_t whole_octets(std::size_t n) { return (n + 7) / 8 * 8; }
     std::size_t column(std::uint32_t contact, int c) const { return static_cast<std::size_t>(contact / 8) * static_cast<std::size_t>(history_doubles) + static_cast<std::size_t>(c); }
 };
 
 /// Longest history of a law, for rows on the stack.
-inline constexpr int kMaxHistoryDoubles = 8;
+inline constexpr int kMaxHistoryDoubles = 7;
 
 } // namespace talus::core

@@ -42,9 +42,9 @@ struct Laws {
     double stiffness_t = 0;       // N/m, linear law
 };
 
-/// Doubles of history that a contact carries: none, the tangential row, or that and the rolling row.
+/// Doubles of history that a contact carries: none, the tangential spring's four, or those and the rolling spring's three.
 inline int history_doubles(const Laws& l) {
-    if (l.rolling == RollingLaw::spring) return 8;
+    if (l.rolling == RollingLaw::spring) return 7;
     return l.tangential == TangentialLaw::none ? 0 : 4;
 }
 

@@ -14,6 +14,9 @@ namespace talus::core {
 
 using V4 = double __attribute__((vector_size(32)));
 using I4 = std::int64_t __attribute__((vector_size(32)));
+// For searches, whose width shows in nothing.
+using F8 = float __attribute__((vector_size(32)));
+using Word8 = std::int32_t __attribute__((vector_size(32)));
 
 template <class V>
 struct Lanes;
@@ -67,6 +70,10 @@ inline V4 select(I4 m, V4 a, V4 b) { return (V4)_mm256_blendv_pd((__m256d)b, (__
 /// One bit a lane.
 inline unsigned bits_of(bool m) { return m ? 1u : 0u; }
 inline unsigned bits_of(I4 m) { return static_cast<unsigned>(_mm256_movemask_pd((__m256d)m)); }
+
+inline unsigned bits_of(Word8 m) { return static_cast<unsigned>(_mm256_movemask_ps((__m256)m)); }
+inline F8 load_any(const float* p) { return (F8)_mm256_loadu_ps(p); }
+inline Word8 load_any(const std::uint32_t* p) { return (Word8)_mm256_loadu_si256(reinterpret_cast<const __m256i*>(p)); }
 
 /// 1.5 * 2^52: adding it rounds a double below 2^51 to an integer held in the low mantissa bits, ties to even.
 inline constexpr double kRoundMagic = 6755399441055744.0;

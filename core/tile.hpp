@@ -55,6 +55,13 @@ private:
     }
 };
 
+/// Which contacts each own and each border grain of a tile has: made when its lists are given up (core/contact_history.hpp).
+struct ContactsByGrain {
+    std::vector<std::uint32_t> first;  // [own and border grains + 1] into the two below; empty: not made
+    std::vector<std::uint32_t> number; // of a contact: those of pairs, then those with each wall
+    std::vector<std::uint32_t> key;    // low bits of the partner's label; may be read to seven places behind the end
+};
+
 /// Border rows of another tile that belong to grains of this one.
 struct IncomingSums {
     int from_tile;
@@ -71,6 +78,7 @@ struct Tile {
     std::vector<ForceSum> sums;        // one a tile-local id
     ContactList pairs;
     std::vector<ContactList> walls; // one a wall
+    ContactsByGrain by_grain;
     std::vector<IncomingSums> incoming;
     std::vector<WallSum> wall_sums;     // one a wall, of the last force evaluation
     HeatSum heat;                       // since it was last collected
@@ -82,16 +90,12 @@ struct Tile {
     double wall_clearance[kMaxWalls];   // m, how far a listed-out grain may come towards each wall
     bool finite = true;
 
-    /// A tile at another place; memory is kept.
-    void start(const int (&place)[3], LocalIndex first_grain, std::uint32_t n_grains) {
-        std::copy(place, place + 3, index);
-        first = first_grain;
-        count = n_grains;
-        n_border = 0;
-        heat = HeatSum{};
-        breach = CapBreach{};
-        displacement.clear();
-        finite = true;
+    /// Exchange the memory of lists with another tile's, and what is in it.
+    void swap_memory(Tile& other) {
+        index_of.swap(other.index_of);
+        std::swap(pairs, other.pairs);
+        walls.swap(other.walls);
+        std::swap(by_grain, other.by_grain);
     }
 };
 

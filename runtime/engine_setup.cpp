@@ -88,16 +88,12 @@ void Engine::set_laws(const core::Laws& laws) {
     }
     if (laws.tangential != now.tangential || laws.rolling != now.rolling || laws.normal != now.normal) {
         // The rows mean something else now: every contact starts anew, with the touching bits kept.
-        const int quads = core::history_doubles(laws) / 4;
+        const int doubles = core::history_doubles(laws);
         for (core::Tile& t : s.sub.tiles) {
-            t.pairs.void_histories(4 * quads);
-            for (auto& w : t.walls) w.void_histories(4 * quads);
+            t.pairs.void_histories(doubles);
+            for (auto& w : t.walls) w.void_histories(doubles);
         }
-        core::ContactStore& store = s.sub.contacts;
-        std::size_t n_rows = 0;
-        for (const core::ContactEntry& e : store.entries) n_rows = std::max<std::size_t>(n_rows, e.row + 1u);
-        store.history_quads = quads;
-        store.rows.assign(n_rows * static_cast<std::size_t>(quads), core::Quad{});
+        s.sub.contacts.void_histories(doubles);
     }
     now = laws;
     setup_stale_ = true;
@@ -175,7 +171,7 @@ void Engine::note_radii(const std::vector<NewGrain>& grains) {
 
 void Engine::append(const std::vector<NewGrain>& grains) {
     EngineState& s = *state_;
-    empty_tiles(s);
+    empty_tiles(s, true);
     Subdomain& sub = s.sub;
     for (const NewGrain& g : grains) {
         Particle p{};
@@ -193,8 +189,7 @@ void Engine::append(const std::vector<NewGrain>& grains) {
         core::wrap(s.model.settings.domain, sub.particles.back().position, reference);
         sub.references.push_back(reference);
         sub.sums.push_back(core::ForceSum{});
-        sub.slot_of.push_back(static_cast<std::uint32_t>(sub.contacts.first.size() - 1));
-        sub.contacts.append(nullptr, nullptr, 0);
+        sub.slot_of.push_back(sub.contacts.append(nullptr, nullptr, 0));
     }
     sub.n_owned = static_cast<LocalIndex>(sub.particles.size());
     s.model.n_particles = s.comm->sum(static_cast<std::int64_t>(sub.n_owned));
@@ -269,23 +264,11 @@ void Engine::check_overlaps(double max_overlap) {
 template <class Keep>
 std::int64_t Engine::remove_unless(Keep keep) {
     EngineState& s = *state_;
-    empty_tiles(s);
+    empty_tiles(s, true);
     Subdomain& sub = s.sub;
-    LocalIndex kept = 0;
-    for (LocalIndex i = 0; i < sub.n_owned; ++i) {
-        if (!keep(sub.particles[i])) continue;
-        sub.particles[kept] = sub.particles[i];
-        sub.references[kept] = sub.references[i];
-        sub.sums[kept] = sub.sums[i];
-        sub.slot_of[kept] = sub.slot_of[i];
-        ++kept;
-    }
-    const std::int64_t removed = s.comm->sum(static_cast<std::int64_t>(sub.n_owned - kept));
-    sub.n_owned = kept;
-    sub.particles.resize(kept);
-    sub.references.resize(kept);
-    sub.sums.resize(kept);
-    sub.slot_of.resize(kept);
+    const LocalIndex before = sub.n_owned;
+    sub.keep_owned([&](LocalIndex i) { return keep(sub.particles[i]); });
+    const std::int64_t removed = s.comm->sum(static_cast<std::int64_t>(before - sub.n_owned));
     s.model.n_particles -= removed;
     lists_stale_ = true;
     if (s.model.n_particles > 0) refresh_lists();

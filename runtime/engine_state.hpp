@@ -73,7 +73,7 @@ struct ListWatch {
 struct EngineState {
     EngineState(const Settings& settings, std::unique_ptr<Communicator> communicator)
         : comm(std::move(communicator)), halo(*comm), workers(settings.threads),
-          candidate_scratch(static_cast<std::size_t>(settings.threads)), tile_grains(static_cast<std::size_t>(settings.threads)) {
+          candidate_scratch(static_cast<std::size_t>(settings.threads)), inherit_scratch(static_cast<std::size_t>(settings.threads)), tile_grains(static_cast<std::size_t>(settings.threads)) {
         model.settings = settings;
     }
 
@@ -97,6 +97,7 @@ struct EngineState {
 
     // One a worker.
     std::vector<core::CandidateScratch> candidate_scratch;
+    std::vector<core::InheritScratch> inherit_scratch;
     std::vector<core::TileGrains> tile_grains;
 
     bool parallel() const { return comm->size() > 1; }

@@ -113,7 +113,7 @@ bool Engine::step(std::int64_t n_steps, std::int64_t& done) {
             if (verdict.rebuild) {
                 if (s.halo_under_way) s.halo.drain();
                 s.halo_under_way = false;
-                rebuild(s, false);
+                rebuild(s, false, false);
                 verdict.rebuild = false;
             }
             s.comm->start_max(local_verdict());
@@ -220,9 +220,9 @@ void renew_graph(EngineState& s) {
 
 } // namespace
 
-void rebuild(EngineState& s, bool first) {
+void rebuild(EngineState& s, bool first, bool keep_sums) {
     const auto from = Workers::Clock::now();
-    empty_tiles(s);
+    empty_tiles(s, keep_sums);
     const double busy = s.workers.busy() - s.counters.busy_at_rebuild;
     rebalance(s, first, busy, choose_skin(s, busy));
     agree(*s.comm, [&] { bin_grains(s); });

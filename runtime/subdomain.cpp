@@ -8,17 +8,29 @@ Subdomain::Bytes Subdomain::bytes() const {
     b.records = of(particles) + of(references);
     b.cells = of(cell_first) + of(ghost_cell_first) + of(ghost_order) + of(ghost_shift) + of(ghost_chunk);
     b.rebuild = of(sums) + of(slot_of) + of(slices) + contacts.bytes();
-    for (const auto* all : {&tiles, &spare_tiles})
-        for (const core::Tile& t : *all) {
-            b.cells += sizeof(core::Tile) + of(t.index_of);
-            b.sums += of(t.sums);
-            const auto add = [&](const core::ContactList& list) {
-                b.histories += of(list.history);
-                b.pairs += list.bytes() - of(list.history);
-            };
-            add(t.pairs);
-            for (const auto& w : t.walls) add(w);
-        }
+    const auto of_tile = [&](const core::Tile& t) {
+        Bytes o;
+        o.cells = sizeof(core::Tile) + of(t.index_of);
+        o.sums = of(t.sums);
+        const auto add = [&](const core::ContactList& list) {
+            o.histories += of(list.history);
+            o.pairs += list.bytes() - of(list.history);
+        };
+        add(t.pairs);
+        for (const auto& w : t.walls) add(w);
+        o.rebuild = of(t.by_grain.first) + of(t.by_grain.number) + of(t.by_grain.key);
+        return o;
+    };
+    for (const core::Tile& t : tiles) {
+        const Bytes o = of_tile(t);
+        b.cells += o.cells;
+        b.sums += o.sums;
+        b.pairs += o.pairs;
+        b.histories += o.histories;
+        b.rebuild += o.rebuild;
+    }
+    for (const auto* idle : {&spare_tiles, &old_tiles})
+        for (const core::Tile& t : *idle) b.rebuild += of_tile(t).total();
     return b;
 }
 

@@ -30,17 +30,39 @@ struct Subdomain {
     std::vector<ChunkRange> chunk_range;
 
     std::vector<core::Tile> tiles;
-    std::vector<core::Tile> spare_tiles;  // those before them, whose memory the next ones take
+    std::vector<core::Tile> spare_tiles;  // memory for lists to come
     core::HeatSum heat;                   // of tiles that are gone
     std::vector<core::WallSum> wall_last; // this rank's part of each wall's sums in the last force evaluation
     std::vector<core::Wide> wall_impulse; // [3 a wall] force units summed over steps since the work was last folded
 
-    // Valid only while there are no tiles (between empty_tiles and build_pairs): grain by grain, in the order of `particles`.
+    // Between empty_tiles and build_pairs there are no tiles, but those that were, and what waits for new ones; grain by grain, in the
+    // order of `particles`.
     bool laid_out = false;
-    core::ContactStore contacts;
-    std::vector<core::ForceSum> sums;
-    std::vector<std::uint32_t> slot_of;
-    std::vector<core::Quad> slices; // scratch of binning
+    std::vector<core::Tile> old_tiles;
+    core::ContactStore contacts;          // of old_tiles, and of grains that came
+    std::vector<std::uint32_t> slot_of;   // in it
+    bool keeps_sums = true;               // no: forces are evaluated before anybody asks for them
+    std::vector<core::ForceSum> sums;     // if kept
+    std::vector<core::ForceSum> slices; // scratch of binning
+
+    /// While laid out: keep the owned grains for which keep(i) holds, in their order, with all that stands beside them.
+    template <class Keep>
+    void keep_owned(Keep keep) {
+        core::LocalIndex kept = 0;
+        for (core::LocalIndex i = 0; i < n_owned; ++i) {
+            if (!keep(i)) continue;
+            particles[kept] = particles[i];
+            references[kept] = references[i];
+            if (keeps_sums) sums[kept] = sums[i];
+            slot_of[kept] = slot_of[i];
+            ++kept;
+        }
+        n_owned = kept;
+        particles.resize(kept);
+        references.resize(kept);
+        if (keeps_sums) sums.resize(kept);
+        slot_of.resize(kept);
+    }
 
     core::LocalIndex n_ghosts() const { return static_cast<core::LocalIndex>(particles.size()) - n_owned; }
     struct Bytes {
@@ -49,7 +71,7 @@ struct Subdomain {
         std::size_t sums = 0;      // of forces
         std::size_t pairs = 0;     // contacts and candidates
         std::size_t histories = 0;
-        std::size_t rebuild = 0;   // what waits for the next rebuild: contacts grain by grain
+        std::size_t rebuild = 0;   // scratch of rebuilds, and lists' memory kept for the next one
         std::size_t total() const { return records + cells + sums + pairs + histories + rebuild; }
     };
     /// Memory held, used or not.

@@ -73,7 +73,7 @@ void rebuild(benchmark::State& state, const SceneOptions& o, runtime::Phase phas
     runtime::EngineState& s = scene.engine->engine->state();
     for (auto _ : state) {
         const double before = s.workers.total(phase).seconds;
-        runtime::rebuild(s, false);
+        runtime::rebuild(s, false, false);
         state.SetIterationTime(s.workers.total(phase).seconds - before);
     }
     count_grains(state, s);

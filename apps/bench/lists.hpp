@@ -19,9 +19,7 @@ struct ListCounts {
 };
 
 inline ListCounts count_list(const core::ContactList& list) {
-    ListCounts n{static_cast<double>(list.n_contacts) + list.n_candidates, static_cast<double>(list.n_candidates), 0.0};
-    for (std::uint32_t k = 0; k < list.n_contacts; ++k) n.contacts += list.touches(k) ? 1.0 : 0.0;
-    return n;
+    return {static_cast<double>(list.n_contacts) + list.n_candidates, static_cast<double>(list.n_candidates), static_cast<double>(list.n_touching())};
 }
 
 /// Of grains on grains, all tiles of a rank.
@@ -38,16 +36,16 @@ inline ListCounts count_walls(const runtime::EngineState& s) {
     return n;
 }
 
-/// A pair, and the touching bit of a contact.
-inline constexpr double kPairBytes = sizeof(core::CandidatePair), kBitBytes = 1.0 / 8.0;
+/// A pair, the touching bit of a contact, and one grain's entry for a contact in an index (core::ContactsByGrain).
+inline constexpr double kPairBytes = sizeof(core::CandidatePair), kBitBytes = 1.0 / 8.0, kEntryBytes = 2.0 * sizeof(std::uint32_t);
 
 // Bytes moved of lists, by the model of traffic.hpp; `row`: bytes of a history row.
 
 /// By a force evaluation: pairs are read, bits and rows of contacts read and written.
 inline double force_bytes(const ListCounts& n, double row) { return n.candidates * kPairBytes + n.standing() * 2.0 * (kBitBytes + row); }
-/// By laying contacts out grain by grain: the contacts are read twice, rows are copied.
-inline double layout_bytes(const ListCounts& n, double row) { return n.standing() * 2.0 * (kPairBytes + kBitBytes) + n.contacts * 2.0 * row; }
-/// By writing a list anew: pairs, and bits and rows of contacts.
-inline double list_bytes(const ListCounts& n, double row) { return n.candidates * kPairBytes + n.contacts * (kBitBytes + row); }
+/// By indexing contacts grain by grain: they are passed twice, and both grains of each get an entry.
+inline double index_bytes(const ListCounts& n) { return n.standing() * 2.0 * (kPairBytes + kBitBytes) + n.contacts * 2.0 * kEntryBytes; }
+/// By writing a list anew: pairs, bits of contacts, and rows out of the old list.
+inline double list_bytes(const ListCounts& n, double row) { return n.candidates * kPairBytes + n.contacts * (kBitBytes + 2.0 * row); }
 
 } // namespace talus::bench

@@ -8,14 +8,13 @@ namespace {
 
 constexpr double kLine = 64.0;
 constexpr double kRecord = sizeof(core::Particle), kSum = sizeof(core::ForceSum), kIndex = sizeof(core::LocalIndex), kReference = sizeof(core::Reference);
-constexpr double kEntry = sizeof(core::ContactEntry);
+constexpr double kLabel = sizeof(core::Label);
 
 } // namespace
 
 Traffic traffic(const runtime::EngineState& s) {
     const core::Laws& laws = s.model.settings.laws;
-    const int quads = core::history_doubles(laws) / 4;
-    const double row = quads * static_cast<double>(sizeof(core::Quad));
+    const double row = core::history_doubles(laws) * static_cast<double>(sizeof(double));
     ListCounts lists = count_pairs(s);
     lists += count_walls(s);
     double own = 0.0, ids = 0.0, border = 0.0;
@@ -29,13 +28,13 @@ Traffic traffic(const runtime::EngineState& s) {
     t.force = ids * (kIndex + kRecord + kSum) + force_bytes(lists, row);
     // Records are read and written, sums read; border rows are read by way of their index. References are touched by wraps alone.
     t.integrate = own * (2.0 * kRecord + kSum) + border * (kIndex + kSum);
-    // Cell numbers from positions; the counting sort with its labels; records, references, sums and places brought into the new order,
-    // each by way of a scratch.
-    t.binning = own * ((kLine + kIndex) + (2.0 * kIndex + kLine) + 4.0 * (kRecord + kReference + kSum + kIndex) + 4.0 * kIndex);
-    // Contacts are laid out: the lists passed twice, rows copied, an entry for each of both grains. Records of all that a tile knows are
-    // read; new lists are written; entries and rows are read back. Records are marked, sums returned.
-    t.pair_build = layout_bytes(lists, row) + 2.0 * kEntry * lists.contacts + ids * (2.0 * kIndex + kRecord) + list_bytes(lists, row) + lists.contacts * (2.0 * kEntry + row) +
-                   own * (2.0 * kLine + 2.0 * kSum);
+    // Cell numbers from positions; the counting sort with its labels; records, references and places brought into the new order, each by
+    // way of a scratch.
+    t.binning = own * ((kLine + kIndex) + (2.0 * kIndex + kLine) + 4.0 * (kRecord + kReference + kIndex) + 4.0 * kIndex);
+    // Labels are set aside and contacts indexed; records of all that a tile knows are read; each candidate is looked up at one of its
+    // grains; new lists are written, with rows out of the old ones. Records are marked, sums cleared.
+    t.pair_build = own * (kLine + kLabel) + index_bytes(lists) + ids * (2.0 * kIndex + kRecord) + lists.contacts * 2.0 * kEntryBytes + list_bytes(lists, row) +
+                   own * 2.0 * kLine + ids * kSum;
     return t;
 }
 

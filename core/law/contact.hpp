@@ -46,7 +46,7 @@ struct ContactState {
 
 template <class Normal, class Tangential, class Rolling>
 struct ContactLaw {
-    static constexpr int kHistoryDoubles = Rolling::kHasHistory ? 8 : (Tangential::kHasHistory ? 4 : 0);
+    static constexpr int kHistoryDoubles = Rolling::kHasHistory ? 7 : (Tangential::kHasHistory ? 4 : 0);
     static constexpr bool kNeedsInertia = Rolling::kHasHistory;
 
     /// The law as stages: apply(stage) is called for each in order, and stage(x, p) takes a ContactState and the parameters of

@@ -104,13 +104,11 @@ std::string contact_fault(const Model& m, const std::vector<core::Particle>& gra
     const auto walls = static_cast<Label>(m.walls.size());
     for (std::size_t i = 0; i < grains.size(); ++i)
         for (std::uint32_t e = contacts.first[i]; e < contacts.first[i + 1]; ++e) {
-            const Label partner = contacts.entries[e].partner;
+            const Label partner = contacts.partners[e];
             if (partner < 0 || partner == grains[i].label || partner >= core::kWallLabel + walls) return fmt::format("grain {} touches {}, which does not exist", grains[i].label, partner);
-            if (e > contacts.first[i] && contacts.entries[e - 1].partner >= partner) return fmt::format("the contacts of grain {} are not in the order of their partners", grains[i].label);
-            const core::Quad* row = contacts.row(contacts.entries[e]);
-            for (int q = 0; q < contacts.history_quads; ++q)
-                for (const double v : row[q].v)
-                    if (!std::isfinite(v)) return fmt::format("the contact of grain {} and {} has a history that is not finite", grains[i].label, partner);
+            if (e > contacts.first[i] && contacts.partners[e - 1] >= partner) return fmt::format("the contacts of grain {} are not in the order of their partners", grains[i].label);
+            const double* row = contacts.rows.data() + std::size_t{e} * static_cast<std::size_t>(contacts.history_doubles);
+            if (!std::all_of(row, row + contacts.history_doubles, [](double v) { return std::isfinite(v); })) return fmt::format("the contact of grain {} and {} has a history that is not finite", grains[i].label, partner);
         }
     return {};
 }
@@ -120,10 +118,10 @@ std::string pairing_fault(Communicator& comm, const std::vector<core::Particle>&
     core::Digest balance;
     for (std::size_t i = 0; i < grains.size(); ++i)
         for (std::uint32_t e = contacts.first[i]; e < contacts.first[i + 1]; ++e) {
-            const Label mine = grains[i].label, partner = contacts.entries[e].partner;
+            const Label mine = grains[i].label, partner = contacts.partners[e];
             if (partner >= core::kWallLabel) continue;
             core::Digest one;
-            one.add_contact(std::min(mine, partner), std::max(mine, partner), contacts.values(contacts.entries[e].row), 4 * contacts.history_quads);
+            one.add_contact(std::min(mine, partner), std::max(mine, partner), contacts.rows.data() + std::size_t{e} * static_cast<std::size_t>(contacts.history_doubles), contacts.history_doubles);
             balance.lo += mine < partner ? one.lo : -one.lo;
             balance.hi += mine < partner ? one.hi : -one.hi;
         }

@@ -97,28 +97,27 @@ void read_contacts(EngineState& s, const DiskFile& disk, const Seal& seal, const
     for (const std::uint32_t n : number) mine += n;
     const Rows rows = rows_in_rank_order(count_by_rank(*s.comm, mine), s.comm->rank());
     std::vector<core::Label> partners;
-    std::vector<core::Quad> history;
-    const int quads = core::history_doubles(model.settings.laws) / 4;
+    std::vector<double> history;
+    const int doubles = core::history_doubles(model.settings.laws);
     agree(*s.comm, [&] {
         const SealedColumn* sealed = seal.find(kContactPartner);
         if (sealed == nullptr || sealed->place.rows != rows.total) refuse(disk.path(), fmt::format("grains have {} contacts in all, but {} are stored", rows.total, sealed == nullptr ? 0 : sealed->place.rows));
         if (rows.count > std::numeric_limits<std::uint32_t>::max()) fail(ErrorKind::capacity, "{}: {} contacts for one rank are too many; use more ranks", disk.path(), rows.count);
         partners.resize(rows.count);
-        history.resize(rows.count * static_cast<std::uint64_t>(quads));
+        history.resize(rows.count * static_cast<std::uint64_t>(doubles));
     });
     std::vector<Column> columns{plain_column(kContactPartner, Kind::i64, 0, rows, partners.data(), false)};
-    if (quads > 0) columns.push_back(plain_column(kContactHistory, Kind::f64, static_cast<std::uint64_t>(quads) * 4, rows, history.data(), false));
+    if (doubles > 0) columns.push_back(plain_column(kContactHistory, Kind::f64, static_cast<std::uint64_t>(doubles), rows, history.data(), false));
     read_columns(s, disk, seal, columns);
     agree(*s.comm, [&] {
         out = core::ContactStore{};
-        out.history_quads = quads;
-        out.first.assign(1, 0);
+        out.history_doubles = doubles;
         out.first.reserve(number.size() + 1);
-        out.entries.reserve(partners.size());
+        out.partners.reserve(partners.size());
         out.rows.reserve(history.size());
         std::uint64_t at = 0;
         for (const std::uint32_t n : number) {
-            out.append(partners.data() + at, history.data() + at * static_cast<std::uint64_t>(quads), n);
+            out.append(partners.data() + at, history.data() + at * static_cast<std::uint64_t>(doubles), n);
             at += n;
         }
     });
@@ -200,6 +199,7 @@ void load(EngineState& s, const std::string& path) {
     sub.n_owned = static_cast<core::LocalIndex>(share.grains.size());
     sub.particles = std::move(share.grains);
     sub.references = std::move(share.references);
+    sub.keeps_sums = true;
     sub.sums = std::move(share.sums);
     sub.contacts = std::move(share.contacts);
     sub.slot_of.resize(sub.n_owned);

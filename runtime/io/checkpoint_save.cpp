@@ -15,11 +15,15 @@ constexpr int kSortBlock = 8192; // grains a task
 
 /// Contacts and sums of this rank, as they are saved.
 struct LaidOut {
+    struct Contact {
+        core::Label partner;
+        core::HistoryPlace place;
+    };
     core::ContactStore own;
     const core::ContactStore* store = nullptr;
-    std::vector<std::uint32_t> number;        // [n_owned] contacts of each grain
-    std::vector<std::uint64_t> first;         // [n_owned + 1]
-    std::vector<const core::ContactEntry*> entries; // grain after grain, partners ascending: no trace of the threads' order
+    std::vector<std::uint32_t> number; // [n_owned] contacts of each grain
+    std::vector<std::uint64_t> first;  // [n_owned + 1]
+    std::vector<Contact> contacts;     // grain after grain, partners ascending: no trace of the order of lists
     std::vector<core::ForceSum> sums;
 };
 
@@ -28,28 +32,28 @@ void lay_out(EngineState& s, LaidOut& out) {
     const bool from_tiles = !sub.laid_out;
     if (from_tiles) lay_out_contacts(s, out.own);
     out.store = from_tiles ? &out.own : &sub.contacts;
-    const auto range_of = [&](std::uint32_t i) {
-        const std::uint32_t slot = from_tiles ? i : sub.slot_of[i];
-        return std::pair{out.store->first[slot], out.store->first[slot + 1]};
+    const auto slot_of = [&](std::uint32_t i) { return from_tiles ? i : sub.slot_of[i]; };
+    if (!from_tiles)
+        for (std::uint32_t i = 0; i < sub.n_owned; ++i) sub.contacts.open(slot_of(i));
+    const auto for_grains = [&](auto body) {
+        s.workers.for_each(Phase::observe, static_cast<int>((sub.n_owned + kSortBlock - 1) / kSortBlock), [&](int block) {
+            const auto begin = static_cast<std::uint32_t>(block) * kSortBlock;
+            for (std::uint32_t i = begin; i < std::min<std::uint32_t>(begin + kSortBlock, sub.n_owned); ++i) body(i);
+        });
     };
-    out.number.resize(sub.n_owned);
+    out.number.assign(sub.n_owned, 0);
+    for_grains([&](std::uint32_t i) { out.store->each(slot_of(i), [&](core::Label, const core::HistoryPlace&) { ++out.number[i]; }); });
     out.first.assign(std::size_t{sub.n_owned} + 1, 0);
-    for (std::uint32_t i = 0; i < sub.n_owned; ++i) {
-        const auto [from, to] = range_of(i);
-        out.number[i] = to - from;
-        out.first[i + 1] = out.first[i] + out.number[i];
-    }
-    out.entries.resize(out.first.back());
-    s.workers.for_each(Phase::observe, static_cast<int>((sub.n_owned + kSortBlock - 1) / kSortBlock), [&](int block) {
-        const auto begin = static_cast<std::uint32_t>(block) * kSortBlock;
-        for (std::uint32_t i = begin; i < std::min<std::uint32_t>(begin + kSortBlock, sub.n_owned); ++i) {
-            const auto [from, to] = range_of(i);
-            const core::ContactEntry** at = out.entries.data() + out.first[i];
-            for (std::uint32_t e = from; e < to; ++e) at[e - from] = &out.store->entries[e];
-            std::sort(at, at + (to - from), [](const core::ContactEntry* a, const core::ContactEntry* b) { return a->partner < b->partner; });
-        }
+    for (std::uint32_t i = 0; i < sub.n_owned; ++i) out.first[i + 1] = out.first[i] + out.number[i];
+    out.contacts.resize(out.first.back());
+    for_grains([&](std::uint32_t i) {
+        LaidOut::Contact* const from = out.contacts.data() + out.first[i];
+        LaidOut::Contact* at = from;
+        out.store->each(slot_of(i), [&](core::Label partner, const core::HistoryPlace& place) { *at++ = {partner, place}; });
+        std::sort(from, at, [](const LaidOut::Contact& a, const LaidOut::Contact& b) { return a.partner < b.partner; });
     });
     if (!from_tiles) {
+        TALUS_CHECK(sub.keeps_sums);
         out.sums = sub.sums;
     } else {
         out.sums.assign(sub.n_owned, core::ForceSum{});
@@ -88,14 +92,18 @@ Totals sum_totals(EngineState& s) {
 
 std::vector<Column> contact_columns(const LaidOut& laid, const Rows& rows) {
     const auto partner = [&laid](std::uint64_t row, std::uint64_t n, std::byte* bytes) {
-        for (std::uint64_t k = 0; k < n; ++k) std::memcpy(bytes + k * sizeof(core::Label), &laid.entries[row + k]->partner, sizeof(core::Label));
+        for (std::uint64_t k = 0; k < n; ++k) std::memcpy(bytes + k * sizeof(core::Label), &laid.contacts[row + k].partner, sizeof(core::Label));
     };
-    const std::size_t history_bytes = static_cast<std::size_t>(laid.store->history_quads) * sizeof(core::Quad);
-    const auto history = [&laid, history_bytes](std::uint64_t row, std::uint64_t n, std::byte* bytes) {
-        for (std::uint64_t k = 0; k < n; ++k) std::memcpy(bytes + k * history_bytes, laid.store->row(*laid.entries[row + k]), history_bytes);
+    const auto doubles = static_cast<std::size_t>(laid.store->history_doubles);
+    const auto history = [&laid, doubles](std::uint64_t row, std::uint64_t n, std::byte* bytes) {
+        double values[core::kMaxHistoryDoubles];
+        for (std::uint64_t k = 0; k < n; ++k) {
+            laid.store->get(laid.contacts[row + k].place, values);
+            std::memcpy(bytes + k * doubles * sizeof(double), values, doubles * sizeof(double));
+        }
     };
     std::vector<Column> columns{{kContactPartner, "", Kind::i64, 0, rows, partner}};
-    if (history_bytes > 0) columns.push_back({kContactHistory, "", Kind::f64, history_bytes / sizeof(double), rows, history});
+    if (doubles > 0) columns.push_back({kContactHistory, "", Kind::f64, doubles, rows, history});
     return columns;
 }
 
@@ -117,7 +125,7 @@ void save_checkpoint(EngineState& s, const std::string& path) {
     Subdomain& sub = s.sub;
     LaidOut laid;
     agree(*s.comm, [&] { lay_out(s, laid); });
-    const std::vector<std::int64_t> grains = count_by_rank(*s.comm, sub.n_owned), contacts = count_by_rank(*s.comm, laid.entries.size());
+    const std::vector<std::int64_t> grains = count_by_rank(*s.comm, sub.n_owned), contacts = count_by_rank(*s.comm, laid.contacts.size());
     const Rows grain_rows = rows_in_rank_order(grains, s.comm->rank());
     const Totals totals = sum_totals(s);
 

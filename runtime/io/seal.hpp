@@ -19,7 +19,7 @@
 
 namespace talus::runtime {
 
-inline constexpr std::uint64_t kCheckpointFormat = 1;
+inline constexpr std::uint64_t kCheckpointFormat = 2;
 
 struct SealedColumn {
     char name[56] = {};

@@ -1,4 +1,5 @@
 // binning: owned grains in tile-major order.
+#include <array>
 #include <cmath>
 #include <cstring>
 
@@ -22,12 +23,12 @@ void for_blocks(EngineState& s, std::size_t n, Body body) {
     });
 }
 
-/// Bring items into an order, 32 bytes of each at a time: a second copy of all would be the most memory that a rank ever needs.
+/// Bring items into an order, 64 bytes of each at a time: a second copy of all would be the most memory that a rank ever needs.
 template <class T>
 void permute(EngineState& s, std::vector<T>& items, const std::vector<std::uint32_t>& order) {
-    constexpr std::size_t kSlice = std::min(sizeof(T), sizeof(core::Quad));
+    constexpr std::size_t kSlice = std::min(sizeof(T), sizeof(core::ForceSum));
     static_assert(sizeof(T) % kSlice == 0);
-    std::vector<core::Quad>& slices = s.sub.slices;
+    std::vector<core::ForceSum>& slices = s.sub.slices;
     slices.resize(order.size());
     for (std::size_t at = 0; at < sizeof(T); at += kSlice) {
         const auto slice = [&](std::uint32_t i) { return reinterpret_cast<std::byte*>(&items[i]) + at; };
@@ -115,19 +116,22 @@ void bin_grains(EngineState& s) {
     });
     permute(s, sub.particles, order);
     permute(s, sub.references, order);
-    permute(s, sub.sums, order);
+    if (sub.keeps_sums) permute(s, sub.sums, order);
     permute(s, sub.slot_of, order);
 
     const core::CellGrid& grid = sub.order.grid;
-    sub.tiles.swap(sub.spare_tiles);
-    sub.spare_tiles.clear();
+    sub.tiles.clear();
     sub.tiles.resize(static_cast<std::size_t>(grid.n_tiles()));
+    for (std::size_t k = 0; k < std::min(sub.tiles.size(), sub.old_tiles.size()); ++k) sub.tiles[k].sums.swap(sub.old_tiles[k].sums);
     int t = 0;
     for (int x = 0; x < grid.tiles[0]; ++x)
         for (int y = 0; y < grid.tiles[1]; ++y)
             for (int z = 0; z < grid.tiles[2]; ++z, ++t) {
                 const std::uint32_t first = sub.cell_first[sub.order.first_of_tile[t]];
-                sub.tiles[t].start({x, y, z}, first, sub.cell_first[sub.order.first_of_tile[t + 1]] - first);
+                core::Tile& tile = sub.tiles[t];
+                std::copy_n(std::array{x, y, z}.data(), 3, tile.index);
+                tile.first = first;
+                tile.count = sub.cell_first[sub.order.first_of_tile[t + 1]] - first;
             }
     core::link_neighbours(sub.order, sub.tiles);
 }

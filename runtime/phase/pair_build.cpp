@@ -1,7 +1,9 @@
 // pair_build: candidate lists, and the inheritance of contact histories through them.
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 
+#include "runtime/phase/old_tiles.hpp"
 #include "runtime/phase/phases.hpp"
 
 namespace talus::runtime {
@@ -9,40 +11,54 @@ namespace talus::runtime {
 using core::LocalIndex;
 using core::Tile;
 
-void lay_out_contacts(EngineState& s, core::ContactStore& store) {
-    Subdomain& sub = s.sub;
-    const int n_tiles = static_cast<int>(sub.tiles.size());
-    core::ContactLayout layout(store, sub.particles, sub.n_owned, core::history_doubles(s.model.settings.laws) / 4);
-    s.workers.for_each(Phase::pair_build, n_tiles, [&](int t) { layout.count(sub.tiles[t]); });
-    s.workers.timed(Phase::pair_build, 0, [&] { layout.allocate(sub.tiles); });
-    s.workers.for_each(Phase::pair_build, n_tiles, [&](int t) { layout.fill(t, sub.tiles[t]); });
-    layout.finish();
+namespace {
+
+/// Make the store speak of a rank's tiles, not indexed yet.
+void refer_to(EngineState& s, std::vector<Tile>& tiles, core::ContactStore& store) {
+    const Subdomain& sub = s.sub;
+    store.clear();
+    store.history_doubles = core::history_doubles(s.model.settings.laws);
+    store.tiles = tiles;
+    store.n_grains = sub.n_owned;
+    store.labels.resize(sub.particles.size());
+    s.workers.for_each(Phase::pair_build, static_cast<int>(tiles.size()), [&](int t) {
+        for (LocalIndex i = tiles[t].first; i < tiles[t].first + tiles[t].count; ++i) store.labels[i] = sub.particles[i].label;
+        tiles[t].by_grain.first.clear();
+    });
+    for (std::size_t g = sub.n_owned; g < sub.particles.size(); ++g) store.labels[g] = sub.particles[g].label;
 }
 
-void empty_tiles(EngineState& s) {
+} // namespace
+
+void lay_out_contacts(EngineState& s, core::ContactStore& store) {
+    refer_to(s, s.sub.tiles, store);
+    s.workers.for_each(Phase::pair_build, static_cast<int>(s.sub.tiles.size()), [&](int t) { core::index_contacts(store.labels, s.sub.tiles[t]); });
+}
+
+void empty_tiles(EngineState& s, bool keep_sums) {
     Subdomain& sub = s.sub;
     if (sub.laid_out) return;
     sub.laid_out = true;
     end_watch(s);
-    lay_out_contacts(s, sub.contacts);
-    sub.sums.resize(sub.n_owned);
+    sub.old_tiles.swap(sub.tiles);
+    refer_to(s, sub.old_tiles, sub.contacts);
+    sub.keeps_sums = keep_sums;
+    sub.sums.resize(keep_sums ? sub.n_owned : 0);
     sub.slot_of.resize(sub.n_owned);
-    s.workers.for_each(Phase::pair_build, static_cast<int>(sub.tiles.size()), [&](int t) {
-        const Tile& tile = sub.tiles[t];
+    s.workers.for_each(Phase::pair_build, static_cast<int>(sub.old_tiles.size()), [&](int t) {
+        const Tile& tile = sub.old_tiles[t];
         for (std::uint32_t k = 0; k < tile.count; ++k) {
-            sub.sums[tile.first + k] = tile.sums[k];
+            if (keep_sums) sub.sums[tile.first + k] = tile.sums[k];
             sub.slot_of[tile.first + k] = tile.first + k;
         }
     });
-    for (const Tile& tile : sub.tiles) {
+    for (const Tile& tile : sub.old_tiles) {
         sub.heat.friction += tile.heat.friction;
         sub.heat.damping += tile.heat.damping;
         sub.heat.rolling += tile.heat.rolling;
     }
-    // Ghosts and candidate lists are void from here.
+    // Ghosts are void from here.
     sub.particles.resize(sub.n_owned);
-    sub.spare_tiles.swap(sub.tiles);
-    sub.tiles.clear();
 }
 
 namespace {
@@ -118,21 +134,30 @@ void build_pairs(EngineState& s) {
         walls.push_back(w.plane);
     }
     const core::CandidateSource source{sub.particles, sub.n_owned, sub.order, sub.cell_first, sub.ghost_cell_first, sub.ghost_order, sub.ghost_shift, sub.ghost_chunk, walls, s.model.skin()};
-    s.workers.for_each(Phase::pair_build, static_cast<int>(sub.tiles.size()), [&](int t) {
+    OldTiles old(s);
+    // Taken in order, whoever takes them, so that old tiles are soon done with.
+    std::atomic<int> next{0};
+    s.workers.for_each(Phase::pair_build, static_cast<int>(sub.tiles.size()), [&](int) {
+        const int t = next.fetch_add(1, std::memory_order_relaxed);
         Tile& tile = sub.tiles[t];
-        core::build_candidates(source, 4 * sub.contacts.history_quads, tile, s.candidate_scratch[Workers::current()]);
-        core::inherit_histories(sub.contacts, sub.slot_of, sub.particles, tile);
+        old.lend_memory(tile);
+        core::build_candidates(source, sub.contacts.history_doubles, tile, s.candidate_scratch[Workers::current()]);
+        old.open(t);
+        core::inherit_histories(sub.contacts, sub.slot_of, sub.particles, tile, s.inherit_scratch[Workers::current()]);
+        old.close(t);
         find_watched_chunks(s, tile);
         tile.displacement.clear();
         for (std::uint32_t k = 0; k < tile.count; ++k) {
-            tile.sums[k] = sub.sums[tile.first + k];
+            if (sub.keeps_sums) tile.sums[k] = sub.sums[tile.first + k];
             mark(sub.particles[tile.first + k], tile.displacement);
         }
     });
     s.workers.timed(Phase::pair_build, 0, [&] { core::link_borders(sub.tiles); });
     // What travelled is in the tiles now.
+    sub.old_tiles.clear();
+    sub.spare_tiles.resize(std::min(sub.spare_tiles.size(), sub.tiles.size()));
     sub.contacts.clear();
-    sub.sums.clear();
+    sub.sums = std::vector<core::ForceSum>();
     sub.slot_of.clear();
     sub.laid_out = false;
 }

@@ -17,12 +17,12 @@
 
 namespace talus::runtime {
 
-/// Lay out the touching contacts of the tiles grain by grain, in the order of the owned grains (the paper's Fig. 1); the state
-/// stays as it is. [local]
+/// Index the touching contacts of the tiles grain by grain (the paper's Fig. 1); slots are the owned grains. The store speaks of the
+/// tiles until they change. [local]
 void lay_out_contacts(EngineState& s, core::ContactStore& store);
-/// Take contacts, sums and heat out of the tiles into sub.contacts, sub.sums and sub.heat, and drop tiles and ghosts; nothing to do if
-/// that has been done since the last build. [local]
-void empty_tiles(EngineState& s);
+/// Give up the tiles and ghosts: contacts go to sub.contacts, which speaks of sub.old_tiles, heat to sub.heat, and sums to sub.sums
+/// if anybody will ask for them before the next force evaluation. Nothing to do if that has been done since the last build. [local]
+void empty_tiles(EngineState& s, bool keep_sums);
 /// Notes on the lists, from which the next skin follows: when they are built, before they go, and at every verdict on them.
 /// @param rebuild_seconds  that they took, times threads [local]
 void begin_watch(EngineState& s, double rebuild_seconds);
@@ -38,8 +38,8 @@ void rebalance(EngineState& s, bool first, double busy, double mean_busy);
 void bin_grains(EngineState& s);
 /// Candidate lists, borders and inherited histories of all tiles (the paper's Fig. 8). [local]
 void build_pairs(EngineState& s);
-/// The whole of a rebuild. [collective]
-void rebuild(EngineState& s, bool first);
+/// The whole of a rebuild. @param keep_sums  see empty_tiles [collective]
+void rebuild(EngineState& s, bool first, bool keep_sums);
 
 /// Nodes of the step graph; they never throw.
 void force_tile(EngineState& s, int tile);

@@ -78,58 +78,50 @@ void random_cuts(EngineState& s) {
 /// Send grains whose owner is another rank, with references, sums and contacts.
 void migrate(EngineState& s) {
     Subdomain& sub = s.sub;
-    const int me = s.comm->rank(), quads = sub.contacts.history_quads;
+    core::ContactStore& contacts = sub.contacts;
+    const int me = s.comm->rank();
+    const auto doubles = static_cast<std::size_t>(contacts.history_doubles);
     std::vector<Packer> packers(static_cast<std::size_t>(s.comm->size()));
-    LocalIndex kept = 0;
     std::int64_t left = 0;
-    for (LocalIndex i = 0; i < sub.n_owned; ++i) {
+    std::vector<core::Label> partners;
+    std::vector<double> rows;
+    sub.keep_owned([&](LocalIndex i) {
         const int owner = s.slices.owner(sub.particles[i].position);
-        if (owner == me) {
-            sub.particles[kept] = sub.particles[i];
-            sub.references[kept] = sub.references[i];
-            sub.sums[kept] = sub.sums[i];
-            sub.slot_of[kept] = sub.slot_of[i];
-            ++kept;
-            continue;
-        }
+        if (owner == me) return true;
         ++left;
         Packer& p = packers[owner];
         p.put(sub.particles[i]);
         p.put(sub.references[i]);
-        p.put(sub.sums[i]);
-        const std::uint32_t slot = sub.slot_of[i], first = sub.contacts.first[slot], last = sub.contacts.first[slot + 1];
-        p.put(last - first);
-        for (std::uint32_t e = first; e < last; ++e) {
-            p.put(sub.contacts.entries[e].partner);
-            p.put_many(sub.contacts.row(sub.contacts.entries[e]), static_cast<std::size_t>(quads));
-        }
-    }
+        if (sub.keeps_sums) p.put(sub.sums[i]);
+        partners.clear();
+        rows.clear();
+        contacts.open(sub.slot_of[i]);
+        contacts.each(sub.slot_of[i], [&](core::Label partner, const core::HistoryPlace& place) {
+            partners.push_back(partner);
+            rows.resize(rows.size() + doubles);
+            contacts.get(place, rows.data() + rows.size() - doubles);
+        });
+        p.put(static_cast<std::uint32_t>(partners.size()));
+        p.put_many(partners.data(), partners.size());
+        p.put_many(rows.data(), rows.size());
+        return false;
+    });
     std::vector<Parcel> parcels;
     for (int r = 0; r < s.comm->size(); ++r)
         if (!packers[r].empty()) parcels.push_back({r, packers[r].take()});
 
-    sub.n_owned = kept;
-    sub.particles.resize(kept);
-    sub.references.resize(kept);
-    sub.sums.resize(kept);
-    sub.slot_of.resize(kept);
-    std::vector<core::Label> partners;
-    std::vector<core::Quad> rows;
     for (const Parcel& parcel : s.comm->sparse_exchange(std::move(parcels))) {
         Unpacker u(parcel.data);
         while (!u.done()) {
             sub.particles.push_back(u.get<Particle>());
             sub.references.push_back(u.get<core::Reference>());
-            sub.sums.push_back(u.get<core::ForceSum>());
+            if (sub.keeps_sums) sub.sums.push_back(u.get<core::ForceSum>());
             const auto n = u.get<std::uint32_t>();
             partners.resize(n);
-            rows.resize(static_cast<std::size_t>(n) * quads);
-            for (std::uint32_t k = 0; k < n; ++k) {
-                partners[k] = u.get<core::Label>();
-                u.get_many(rows.data() + static_cast<std::size_t>(k) * quads, static_cast<std::size_t>(quads));
-            }
-            sub.slot_of.push_back(static_cast<std::uint32_t>(sub.contacts.first.size() - 1));
-            sub.contacts.append(partners.data(), rows.data(), n);
+            rows.resize(n * doubles);
+            u.get_many(partners.data(), partners.size());
+            u.get_many(rows.data(), rows.size());
+            sub.slot_of.push_back(contacts.append(partners.data(), rows.data(), n));
         }
     }
     sub.n_owned = static_cast<LocalIndex>(sub.particles.size());

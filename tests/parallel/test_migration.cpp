@@ -27,14 +27,14 @@ Histories histories_of(World& world) {
     core::ContactStore store;
     runtime::lay_out_contacts(s, store);
     std::vector<double> mine;
-    const int quads = store.history_quads;
+    const auto doubles = static_cast<std::size_t>(store.history_doubles);
     for (std::uint32_t g = 0; g < s.sub.n_owned; ++g)
-        for (std::uint32_t e = store.first[g]; e < store.first[g + 1]; ++e) {
+        store.each(g, [&](core::Label partner, const core::HistoryPlace& place) {
             mine.push_back(std::bit_cast<double>(s.sub.particles[g].label));
-            mine.push_back(std::bit_cast<double>(store.entries[e].partner));
-            const core::Quad* row = store.row(store.entries[e]);
-            for (int q = 0; q < quads; ++q) mine.insert(mine.end(), row[q].v, row[q].v + 4);
-        }
+            mine.push_back(std::bit_cast<double>(partner));
+            mine.resize(mine.size() + doubles);
+            store.get(place, mine.data() + mine.size() - doubles);
+        });
     int n = static_cast<int>(mine.size()), ranks = world.ranks(), total = 0;
     std::vector<int> counts(static_cast<std::size_t>(ranks), n), first(static_cast<std::size_t>(ranks), 0);
     if (ranks > 1) MPI_Allgather(&n, 1, MPI_INT, counts.data(), 1, MPI_INT, MPI_COMM_WORLD);
@@ -45,7 +45,7 @@ Histories histories_of(World& world) {
     else
         all = mine;
     Histories h;
-    const std::size_t item = 2 + 4 * static_cast<std::size_t>(quads);
+    const std::size_t item = 2 + doubles;
     for (std::size_t at = 0; at < all.size(); at += item)
         h.insert({{std::bit_cast<int64_t>(all[at]), std::bit_cast<int64_t>(all[at + 1])}, std::vector<double>(all.begin() + static_cast<std::ptrdiff_t>(at) + 2, all.begin() + static_cast<std::ptrdiff_t>(at + item))});
     return h;

@@ -53,18 +53,17 @@ public:
         fill_model();
         std::mt19937_64 random(1);
         const auto any = [&] { return std::uniform_real_distribution<double>(-1.0, 1.0)(random); };
-        std::map<std::pair<Label, Label>, std::array<core::Quad, 2>> rows;
-        const auto row_of = [&](Label a, Label b) -> const core::Quad* {
+        std::map<std::pair<Label, Label>, std::array<double, core::kMaxHistoryDoubles>> rows;
+        const auto row_of = [&](Label a, Label b) -> const double* {
             const auto [at, fresh] = rows.try_emplace({std::min(a, b), std::max(a, b)});
             if (fresh)
-                for (core::Quad& q : at->second)
-                    for (double& v : q.v) v = any();
+                for (double& v : at->second) v = any();
             return at->second.data();
         };
         Subdomain& sub = s.sub;
-        const int quads = core::history_doubles(s.model.settings.laws) / 4;
-        sub.contacts.history_quads = quads;
-        sub.contacts.first.assign(1, 0);
+        const int doubles = core::history_doubles(s.model.settings.laws);
+        sub.contacts.history_doubles = doubles;
+        sub.keeps_sums = true;
         const auto label_at = [](int x, int y, int z) { return kFirstLabel + (x * kSide + y) * kSide + z; };
         for (int x = 0; x < kSide; ++x)
             for (int y = 0; y < kSide; ++y)
@@ -94,13 +93,12 @@ public:
                         if (std::all_of(q, q + 3, [](int c) { return c >= 0 && c < kSide; })) partners.push_back(label_at(q[0], q[1], q[2]));
                     }
                     if (y == 0) partners.push_back(core::kWallLabel + 1);
-                    std::vector<core::Quad> of_grain;
-                    for (const Label other : partners) of_grain.insert(of_grain.end(), row_of(p.label, other), row_of(p.label, other) + quads);
+                    std::vector<double> of_grain;
+                    for (const Label other : partners) of_grain.insert(of_grain.end(), row_of(p.label, other), row_of(p.label, other) + doubles);
                     sub.particles.push_back(p);
                     sub.references.push_back(reference);
                     sub.sums.push_back(sum);
-                    sub.slot_of.push_back(static_cast<std::uint32_t>(sub.slot_of.size()));
-                    sub.contacts.append(partners.data(), of_grain.data(), static_cast<std::uint32_t>(partners.size()));
+                    sub.slot_of.push_back(sub.contacts.append(partners.data(), of_grain.data(), static_cast<std::uint32_t>(partners.size())));
                 }
         sub.n_owned = static_cast<core::LocalIndex>(sub.particles.size());
         sub.laid_out = true;
@@ -162,14 +160,17 @@ std::vector<std::byte> bytes_of(std::initializer_list<std::pair<const void*, std
 
 Content content_of(EngineState& s) {
     Content c;
-    if (!s.sub.laid_out) empty_tiles(s);
+    if (!s.sub.laid_out) empty_tiles(s, true);
     const Subdomain& sub = s.sub;
     for (core::LocalIndex i = 0; i < sub.n_owned; ++i) {
         const Particle& p = sub.particles[i];
         c.grains[p.label] = bytes_of({{p.position, 96}, {sub.references[i].data(), 24}, {sub.sums[i].force, 24}, {sub.sums[i].torque, 24}});
-        const std::uint32_t slot = sub.slot_of[i];
-        for (std::uint32_t e = sub.contacts.first[slot]; e < sub.contacts.first[slot + 1]; ++e)
-            c.contacts[{p.label, sub.contacts.entries[e].partner}] = bytes_of({{sub.contacts.row(sub.contacts.entries[e]), sizeof(core::Quad) * static_cast<std::size_t>(sub.contacts.history_quads)}});
+        sub.contacts.open(sub.slot_of[i]);
+        sub.contacts.each(sub.slot_of[i], [&](Label partner, const core::HistoryPlace& place) {
+            double row[core::kMaxHistoryDoubles];
+            sub.contacts.get(place, row);
+            c.contacts[{p.label, partner}] = bytes_of({{row, sizeof(double) * static_cast<std::size_t>(sub.contacts.history_doubles)}});
+        });
     }
     return c;
 }

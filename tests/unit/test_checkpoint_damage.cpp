@@ -157,14 +157,13 @@ TEST_F(CheckpointTest, states_that_cannot_be_are_refused) {
                   for (int k = 0; k < 2; ++k) {
                       s.sub.references.push_back({});
                       s.sub.sums.push_back({});
-                      s.sub.slot_of.push_back(static_cast<std::uint32_t>(s.sub.contacts.first.size() - 1));
-                      s.sub.contacts.append(nullptr, nullptr, 0);
+                      s.sub.slot_of.push_back(s.sub.contacts.append(nullptr, nullptr, 0));
                   }
               }).find("two grains have the label 1001"),
               std::string::npos);
-    EXPECT_NE(message_after([](EngineState& s) { s.sub.contacts.rows[3].v[0] += 1.0; }).find("differ between its two grains"), std::string::npos);
-    EXPECT_NE(message_after([](EngineState& s) { s.sub.contacts.entries[0].partner = 999999; }).find("differ between its two grains"), std::string::npos);
-    EXPECT_NE(message_after([](EngineState& s) { s.sub.contacts.entries[0].partner = core::kWallLabel + 2; }).find("which does not exist"), std::string::npos);
+    EXPECT_NE(message_after([](EngineState& s) { s.sub.contacts.rows[12] += 1.0; }).find("differ between its two grains"), std::string::npos);
+    EXPECT_NE(message_after([](EngineState& s) { s.sub.contacts.partners[0] = 999999; }).find("differ between its two grains"), std::string::npos);
+    EXPECT_NE(message_after([](EngineState& s) { s.sub.contacts.partners[0] = core::kWallLabel + 2; }).find("which does not exist"), std::string::npos);
     EXPECT_NE(message_after([](EngineState& s) { s.model.n_particles -= 1; }).find("it holds 216 grains, but says 215"), std::string::npos);
     EXPECT_NE(message_after([](EngineState& s) { s.model.units.force.unit = 0.3; }).find("powers of two"), std::string::npos);
     EXPECT_NE(message_after([](EngineState& s) { s.model.settings.time_step = -1.0; }).find("time_step = -1"), std::string::npos);

@@ -30,7 +30,7 @@ TEST_F(CheckpointTest, state_in_tiles_comes_back_and_the_file_does_not_depend_on
         set.threads = threads;
         State before(set);
         before.fill();
-        rebuild(before.s, true);
+        rebuild(before.s, true, true);
         ASSERT_FALSE(before.s.sub.laid_out);
         ASSERT_GT(before.s.sub.tiles.size(), 1u);
         before.s.sub.tiles.back().heat.friction = 4;
@@ -41,8 +41,8 @@ TEST_F(CheckpointTest, state_in_tiles_comes_back_and_the_file_does_not_depend_on
         EXPECT_EQ(before.s.sub.particles.size(), particles);
         State after;
         load_checkpoint(after.s, path_);
-        rebuild(after.s, true);
-        empty_tiles(before.s);
+        rebuild(after.s, true, true);
+        empty_tiles(before.s, true);
         expect_equal(before.s, after.s);
         if (first.empty()) first = read_all(path_);
         EXPECT_TRUE(first == read_all(path_));

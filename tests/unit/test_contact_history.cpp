@@ -13,8 +13,8 @@ namespace {
 
 using namespace test;
 
-constexpr int kQuads = 2;
-using Row = std::array<double, 4 * kQuads>;
+constexpr int kDoubles = kMaxHistoryDoubles;
+using Row = std::array<double, kDoubles>;
 using Histories = std::map<std::pair<Label, Label>, Row>; // (smaller label, larger label or wall)
 
 std::vector<WallPlane> walls_of(const System& s) {
@@ -70,15 +70,20 @@ Histories histories_of(const Lists& lists) {
     return h;
 }
 
-ContactStore lay_out(const Lists& lists, bool backwards = false) {
+/// The lists must outlive it.
+ContactStore lay_out(Lists& lists) {
     ContactStore store;
-    ContactLayout layout(store, lists.particles, static_cast<LocalIndex>(lists.particles.size()), kQuads);
-    const int n = static_cast<int>(lists.tiles.size());
-    for (int t = 0; t < n; ++t) layout.count(lists.tiles[static_cast<std::size_t>(backwards ? n - 1 - t : t)]);
-    layout.allocate(lists.tiles);
-    for (int t = 0; t < n; ++t) layout.fill(backwards ? n - 1 - t : t, lists.tiles[static_cast<std::size_t>(backwards ? n - 1 - t : t)]);
-    layout.finish();
+    store.history_doubles = kDoubles;
+    store.tiles = lists.tiles;
+    store.n_grains = static_cast<LocalIndex>(lists.particles.size());
+    for (const Particle& p : lists.particles) store.labels.push_back(p.label);
+    for (Tile& t : lists.tiles) index_contacts(store.labels, t);
     return store;
+}
+
+void inherit(const ContactStore& store, const std::vector<std::uint32_t>& slots, Lists& now) {
+    InheritScratch scratch;
+    for (Tile& t : now.tiles) inherit_histories(store, slots, now.particles, t, scratch);
 }
 
 std::vector<std::uint32_t> slots_of(const Lists& old, const Lists& now) {
@@ -92,60 +97,96 @@ std::vector<std::uint32_t> slots_of(const Lists& old, const Lists& now) {
 TEST(ContactHistory, survives_new_tiles_and_a_new_order_row_by_row) {
     for (std::uint64_t seed = 0; seed < 10; ++seed) {
         const System s = system_of(300, seed);
-        Lists old(s, 20, walls_of(s), 4 * kQuads);
+        Lists old(s, 20, walls_of(s), kDoubles);
         touch_some(old, seed + 100);
         const Histories before = histories_of(old);
         ASSERT_GT(before.size(), 300u);
         const ContactStore store = lay_out(old);
         for (const std::size_t tile_grains : {7u, 60u, 100000u}) {
-            Lists now(s, tile_grains, walls_of(s), 4 * kQuads);
-            const auto slots = slots_of(old, now);
-            for (Tile& t : now.tiles) inherit_histories(store, slots, now.particles, t);
+            Lists now(s, tile_grains, walls_of(s), kDoubles);
+            inherit(store, slots_of(old, now), now);
             EXPECT_EQ(histories_of(now), before);
         }
     }
 }
 
-TEST(ContactHistory, has_an_entry_at_both_grains_of_a_pair_and_one_at_a_wall) {
+TEST(ContactHistory, is_known_to_both_grains_of_a_pair_wherever_the_pair_is_listed) {
     const System s = system_of(300, 77);
-    Lists lists(s, 20, walls_of(s), 4 * kQuads);
+    Lists lists(s, 20, walls_of(s), kDoubles);
     touch_some(lists, 5);
     const Histories h = histories_of(lists);
-    const ContactStore store = lay_out(lists);
-    std::size_t at_walls = 0;
+    std::size_t at_walls = 0, across = 0, seen = 0;
     for (const auto& [who, row] : h) at_walls += who.second >= kWallLabel ? 1 : 0;
     EXPECT_GT(at_walls, 5u);
-    EXPECT_EQ(store.entries.size(), 2 * (h.size() - at_walls) + at_walls);
-    EXPECT_EQ(store.rows.size(), h.size() * kQuads) << "a row is shared by the two grains of a pair";
-    EXPECT_EQ(store.first.size(), lists.particles.size() + 1);
+    for (const Tile& t : lists.tiles)
+        for (std::uint32_t k = 0; k < t.pairs.n_contacts; ++k) across += t.pairs.touches(k) && t.pairs.contacts[k].partner() >= t.count ? 1 : 0;
+    EXPECT_GT(across, 50u);
+    const ContactStore store = lay_out(lists);
     for (std::uint32_t g = 0; g < lists.particles.size(); ++g) {
         std::set<Label> partners;
-        for (std::uint32_t e = store.first[g]; e < store.first[g + 1]; ++e) {
-            const Label me = lists.particles[g].label, partner = store.entries[e].partner;
+        store.each(g, [&](Label partner, const HistoryPlace& place) {
+            ++seen;
+            const Label me = lists.particles[g].label;
             EXPECT_TRUE(partners.insert(partner).second) << "no partner twice";
             const auto found = h.find({std::min(me, partner), std::max(me, partner)});
             ASSERT_NE(found, h.end());
-            EXPECT_EQ(std::memcmp(store.row(store.entries[e]), found->second.data(), sizeof(Row)), 0);
-            EXPECT_EQ(store.find(g, partner), &store.entries[e]);
-        }
-        EXPECT_EQ(store.find(g, 123456789), nullptr);
+            Row row;
+            store.get(place, row.data());
+            EXPECT_EQ(row, found->second);
+        });
+    }
+    EXPECT_EQ(seen, 2 * (h.size() - at_walls) + at_walls);
+}
+
+TEST(ContactHistory, is_found_where_only_the_tiles_that_a_grain_asks_for_are_indexed) {
+    const System s = system_of(300, 21);
+    Lists whole(s, 20, walls_of(s), kDoubles), lists(s, 20, walls_of(s), kDoubles);
+    touch_some(whole, 3);
+    touch_some(lists, 3);
+    const ContactStore all = lay_out(whole);
+    ContactStore store = all;
+    store.tiles = lists.tiles;
+    for (std::uint32_t g = 0; g < lists.particles.size(); ++g) {
+        for (Tile& t : lists.tiles) t.by_grain.first.clear();
+        store.open(g);
+        std::size_t n = 0, expected = 0;
+        store.each(g, [&](Label, const HistoryPlace&) { ++n; });
+        all.each(g, [&](Label, const HistoryPlace&) { ++expected; });
+        EXPECT_EQ(n, expected);
     }
 }
 
-TEST(ContactHistory, does_not_depend_on_the_order_in_which_tiles_are_laid_out) {
-    const System s = system_of(300, 8);
-    Lists old(s, 20, walls_of(s), 4 * kQuads);
-    touch_some(old, 6);
+TEST(ContactHistory, of_another_law_starts_anew_and_contacts_stay) {
+    const System s = system_of(200, 4);
+    Lists old(s, 20, walls_of(s), kDoubles);
+    touch_some(old, 2);
     const Histories before = histories_of(old);
-    const ContactStore store = lay_out(old, true);
-    Lists now(s, 33, walls_of(s), 4 * kQuads);
-    for (Tile& t : now.tiles) inherit_histories(store, slots_of(old, now), now.particles, t);
-    EXPECT_EQ(histories_of(now), before);
+    ContactStore store = lay_out(old);
+    const double row[kDoubles] = {1, 2, 3, 4, 5, 6, 7};
+    const Label partner = 7;
+    const std::uint32_t came = store.append(&partner, row, 1);
+    store.void_histories(4);
+    store.each(came, [&](Label label, const HistoryPlace& place) {
+        double now[4] = {9, 9, 9, 9};
+        store.get(place, now);
+        EXPECT_EQ(label, partner);
+        for (const double v : now) EXPECT_EQ(v, 0.0);
+    });
+    Lists now(s, 33, walls_of(s), 4);
+    inherit(store, slots_of(old, now), now);
+    std::size_t n = 0;
+    for (const Tile& t : now.tiles) {
+        n += t.pairs.n_touching();
+        for (const ContactList& w : t.walls) n += w.n_touching();
+        for (const Octet& column : t.pairs.history)
+            for (const double v : column.v) EXPECT_EQ(v, 0.0);
+    }
+    EXPECT_EQ(n, before.size());
 }
 
 TEST(ContactHistory, of_a_pair_that_is_listed_no_more_ends_and_a_new_pair_has_none) {
     System s = system_of(200, 9);
-    Lists old(s, 20, walls_of(s), 4 * kQuads);
+    Lists old(s, 20, walls_of(s), kDoubles);
     touch_some(old, 7);
     const Histories before = histories_of(old);
     const ContactStore store = lay_out(old);
@@ -156,8 +197,8 @@ TEST(ContactHistory, of_a_pair_that_is_listed_no_more_ends_and_a_new_pair_has_no
         for (int a = 0; a < 3; ++a) s.particles[k].position[a] = random.uniform(s.domain.lo[a], s.domain.hi[a]);
         moved.insert(s.particles[k].label);
     }
-    Lists now(s, 20, walls_of(s), 4 * kQuads);
-    for (Tile& t : now.tiles) inherit_histories(store, slots_of(old, now), now.particles, t);
+    Lists now(s, 20, walls_of(s), kDoubles);
+    inherit(store, slots_of(old, now), now);
     const Histories after = histories_of(now);
     EXPECT_LT(after.size(), before.size());
     std::size_t between_others = 0;
@@ -176,29 +217,36 @@ TEST(ContactHistory, of_a_pair_that_is_listed_no_more_ends_and_a_new_pair_has_no
 
 TEST(ContactHistory, of_grains_that_arrive_is_appended_and_found) {
     const System s = system_of(120, 10);
-    Lists whole(s, 20, walls_of(s), 4 * kQuads);
+    Lists whole(s, 20, walls_of(s), kDoubles);
     touch_some(whole, 8);
     const Histories before = histories_of(whole);
     const ContactStore all = lay_out(whole);
-    // A store into which every grain arrives in turn, the last one first, with its own copies of rows.
-    ContactStore store;
-    store.history_quads = kQuads;
-    store.first.push_back(0);
     const auto n = static_cast<std::uint32_t>(whole.particles.size());
-    std::vector<std::uint32_t> slots(n);
-    for (std::uint32_t g = n; g-- > 0;) {
-        std::vector<Label> partners;
-        std::vector<Quad> rows;
-        for (std::uint32_t e = all.first[g]; e < all.first[g + 1]; ++e) {
-            partners.push_back(all.entries[e].partner);
-            rows.insert(rows.end(), all.row(all.entries[e]), all.row(all.entries[e]) + kQuads);
+    const auto contacts_of = [&](std::uint32_t g, std::vector<Label>& partners, std::vector<double>& rows) {
+        all.each(g, [&](Label partner, const HistoryPlace& place) {
+            partners.push_back(partner);
+            rows.resize(rows.size() + kDoubles);
+            all.get(place, rows.data() + rows.size() - kDoubles);
+        });
+    };
+    // Every grain arrives in turn, the last one first, with its own copies of rows; or every third does, and the others were here.
+    for (const std::uint32_t step : {1u, 3u}) {
+        ContactStore store;
+        if (step > 1) store = all;
+        store.history_doubles = kDoubles;
+        std::vector<std::uint32_t> slots(n);
+        for (std::uint32_t g = 0; g < n; ++g) slots[g] = g;
+        for (std::uint32_t g = n; g-- > 0;) {
+            if (g % step != 0) continue;
+            std::vector<Label> partners;
+            std::vector<double> rows;
+            contacts_of(g, partners, rows);
+            slots[g] = store.append(partners.data(), rows.data(), static_cast<std::uint32_t>(partners.size()));
         }
-        slots[g] = static_cast<std::uint32_t>(store.first.size() - 1);
-        store.append(partners.data(), rows.data(), static_cast<std::uint32_t>(partners.size()));
+        Lists now(s, 20, walls_of(s), kDoubles);
+        inherit(store, slots, now);
+        EXPECT_EQ(histories_of(now), before);
     }
-    Lists now(s, 20, walls_of(s), 4 * kQuads);
-    for (Tile& t : now.tiles) inherit_histories(store, slots, now.particles, t);
-    EXPECT_EQ(histories_of(now), before);
 }
 
 } // namespace

@@ -9,7 +9,7 @@
 namespace talus::core {
 namespace {
 
-constexpr int kDoubles = 8;
+constexpr int kDoubles = kMaxHistoryDoubles;
 
 double value(CandidatePair p, int c) { return 1000.0 * p.i + p.j + 0.125 * c; }
 
