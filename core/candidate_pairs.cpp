@@ -158,9 +158,10 @@ std::size_t look_near(const CandidateScratch::Grains& all, std::uint32_t from, s
 
 /// List those of the n found whose surfaces are nearer to that of grain g than the skin.
 void list_near(const CandidateScratch::Grains& all, const CandidateScratch::Grains& grains, std::uint32_t g, double skin, std::size_t n, CandidateScratch& scratch) {
-    if (scratch.n_pairs + n > scratch.pairs.size()) scratch.pairs.resize(2 * (scratch.n_pairs + n));
+    std::vector<CandidatePair>& pairs = scratch.near.of_grains;
+    if (scratch.n_pairs + n > pairs.size()) pairs.resize(2 * (scratch.n_pairs + n));
     const auto& a = grains.exact[g];
-    CandidatePair* to = scratch.pairs.data() + scratch.n_pairs;
+    CandidatePair* to = pairs.data() + scratch.n_pairs;
     for (std::size_t f = 0; f < n; ++f) {
         const auto& b = all.exact[scratch.found[f]];
         const double dx = a.x - b.x, dy = a.y - b.y, dz = a.z - b.z, near = a.radius + skin + b.radius;
@@ -168,7 +169,7 @@ void list_near(const CandidateScratch::Grains& all, const CandidateScratch::Grai
         const bool in_order = a.label < b.label;
         *to++ = {in_order ? a.id : b.id, in_order ? b.id : a.id};
     }
-    scratch.n_pairs = static_cast<std::size_t>(to - scratch.pairs.data());
+    scratch.n_pairs = static_cast<std::size_t>(to - pairs.data());
 }
 
 /// Drop the shell grains that no pair uses and renumber the rest.
@@ -176,8 +177,7 @@ void compress_border(const CandidateSource& s, Tile& tile, CandidateScratch& scr
     constexpr TileLocal kUnused = 0xffffffffu;
     auto& new_id = scratch.new_id;
     new_id.assign(scratch.shell.size(), kUnused);
-    const std::span<CandidatePair> pairs(scratch.pairs.data(), scratch.n_pairs);
-    for (const CandidatePair& p : pairs)
+    for (const CandidatePair& p : scratch.near.of_grains)
         if (p.partner() >= tile.count) new_id[p.partner() - tile.count] = 0;
     tile.index_of.resize(tile.count);
     for (std::uint32_t k = 0; k < tile.count; ++k) tile.index_of[k] = tile.first + k;
@@ -195,30 +195,27 @@ void compress_border(const CandidateSource& s, Tile& tile, CandidateScratch& scr
     }
     std::sort(tile.ghost_chunks.begin(), tile.ghost_chunks.end());
     tile.ghost_chunks.erase(std::unique(tile.ghost_chunks.begin(), tile.ghost_chunks.end()), tile.ghost_chunks.end());
-    for (CandidatePair& p : pairs) {
+    for (CandidatePair& p : scratch.near.of_grains) {
         TileLocal& partner = p.i > p.j ? p.i : p.j;
         if (partner >= tile.count) partner = new_id[partner - tile.count];
     }
 }
 
-void list_walls(const CandidateSource& s, int history_doubles, Tile& tile, CandidateScratch& scratch) {
-    tile.walls.resize(s.walls.size());
-    if (scratch.pairs.size() < tile.count) scratch.pairs.resize(tile.count);
+void find_near_walls(const CandidateSource& s, Tile& tile, std::vector<std::vector<CandidatePair>>& near) {
+    near.resize(s.walls.size());
     for (std::size_t w = 0; w < s.walls.size(); ++w) {
         const WallPlane& wall = s.walls[w];
-        std::size_t n = 0;
+        near[w].clear();
         double clearance = std::numeric_limits<double>::infinity();
         for (TileLocal k = 0; k < tile.count; ++k) {
             const Particle& p = s.particles[tile.first + k];
             const double gap = height_above<double>(wall.point, wall.normal, make_vec3(p.position)) - p.radius;
             if (gap < s.skin)
-                scratch.pairs[n++] = {k, k};
+                near[w].push_back({k, k});
             else
                 clearance = std::min(clearance, gap);
         }
         tile.wall_clearance[w] = clearance;
-        tile.walls[w].start(history_doubles);
-        tile.walls[w].set_candidates({scratch.pairs.data(), n});
     }
 }
 
@@ -241,7 +238,7 @@ void CandidateScratch::Grains::set(std::uint32_t k, const Particle& p, TileLocal
     rounding = std::max(rounding, 2.5e-7f * (std::fabs(x[k]) + std::fabs(y[k]) + std::fabs(z[k])));
 }
 
-void build_candidates(const CandidateSource& s, int history_doubles, Tile& tile, CandidateScratch& scratch) {
+void build_candidates(const CandidateSource& s, Tile& tile, CandidateScratch& scratch) {
     Brick brick;
     for (int a = 0; a < 3; ++a) {
         brick.base[a] = s.order.grid.tile_begin(a, tile.index[a]);
@@ -276,13 +273,10 @@ void build_candidates(const CandidateSource& s, int history_doubles, Tile& tile,
                         }
                     list_near(ghosts, owned, g, s.skin, n, scratch);
                 }
+    scratch.near.of_grains.resize(scratch.n_pairs);
     compress_border(s, tile, scratch);
-    tile.pairs.start(history_doubles);
-    tile.pairs.set_candidates({scratch.pairs.data(), scratch.n_pairs});
-    list_walls(s, history_doubles, tile, scratch);
-    tile.by_grain.first.clear();
-    tile.sums.resize(tile.index_of.size());
-    tile.wall_sums.assign(s.walls.size(), WallSum{});
+    find_near_walls(s, tile, scratch.near.with_walls);
+    resize_tightly(tile.sums, tile.index_of.size());
 }
 
 void link_borders(std::vector<Tile>& tiles) {

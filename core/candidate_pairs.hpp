@@ -63,13 +63,12 @@ struct CandidateScratch {
     std::vector<LocalIndex> shell; // particles with ids beyond the own ones, before compression
     std::vector<TileLocal> new_id;
     std::vector<std::uint32_t> found;
-    std::vector<CandidatePair> pairs; // the first n_pairs
     std::size_t n_pairs = 0;
+    NearPairs near;
 };
 
-/// Build a tile's lists of candidates, its border and its wall lists, without contacts; sums are sized.
-/// The tile's index, first and count must be set.
-void build_candidates(const CandidateSource& source, int history_doubles, Tile& tile, CandidateScratch& scratch);
+/// Find the near pairs of a tile, in scratch.near, and its border; sums are sized. The tile's index, first and count must be set.
+void build_candidates(const CandidateSource& source, Tile& tile, CandidateScratch& scratch);
 
 /// Tell every tile which border rows elsewhere belong to its grains. After all tiles are built.
 void link_borders(std::vector<Tile>& tiles);

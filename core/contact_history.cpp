@@ -27,7 +27,7 @@ void each_touching(const Tile& tile, Visit visit) {
 }
 
 /// The contact of grain `id` with a partner in an indexed tile.
-HistoryPlace find_in_tile(const std::vector<Label>& labels, const Tile& tile, TileLocal id, Label partner) {
+inline HistoryPlace find_in_tile(const std::vector<Label>& labels, const Tile& tile, TileLocal id, Label partner) {
     const std::uint32_t from = tile.by_grain.first[id], to = tile.by_grain.first[id + 1];
     const Word8 key = Word8{} + static_cast<std::int32_t>(key_of(partner));
     for (std::uint32_t e = from; e < to; e += 8) {
@@ -84,8 +84,8 @@ void index_contacts(const std::vector<Label>& labels, Tile& tile) {
     };
     each_end([&](TileLocal id, std::uint32_t, TileLocal, Label) { ++first[id + 2]; });
     for (std::size_t id = 2; id < first.size(); ++id) first[id] += first[id - 1];
-    numbers.resize(first.back());
-    keys.resize(first.back() + std::size_t{7});
+    resize_tightly(numbers, first.back());
+    resize_tightly(keys, first.back() + std::size_t{7});
     each_end([&](TileLocal id, std::uint32_t number, TileLocal partner, Label wall) {
         const std::uint32_t at = first[id + 1]++;
         numbers[at] = number;
@@ -94,7 +94,7 @@ void index_contacts(const std::vector<Label>& labels, Tile& tile) {
     first.pop_back();
 }
 
-void inherit_histories(const ContactStore& store, const std::vector<std::uint32_t>& slot_of, const std::vector<Particle>& particles, Tile& tile, InheritScratch& scratch) {
+void inherit_histories(const ContactStore& store, const std::vector<std::uint32_t>& slot_of, const std::vector<Particle>& particles, NearPairs& near, Tile& tile, InheritScratch& scratch) {
     using Grain = InheritScratch::Grain;
     const TileLocal n_here = tile.count + tile.n_border;
     scratch.grains.resize(tile.index_of.size());
@@ -121,25 +121,28 @@ void inherit_histories(const ContactStore& store, const std::vector<std::uint32_
         if (pair.partner() >= n_here) return find_among_all(store, a.tile->first + a.id, b.label);
         return b.tile == a.tile ? place : held_by(b, a.label);
     };
-    const auto inherit = [&](ContactList& list, auto place_of) {
+    const auto inherit = [&](ContactList& list, std::vector<CandidatePair>& pairs, auto place_of) {
         auto& matches = scratch.matches;
         matches.clear();
-        for (std::uint32_t k = 0; k < list.n_candidates; ++k)
-            if (const HistoryPlace place = place_of(list.candidates[k]); place.found()) matches.push_back({k, place});
+        std::size_t others = 0;
+        for (const CandidatePair pair : pairs) {
+            if (const HistoryPlace place = place_of(pair); place.found())
+                matches.push_back({pair, place});
+            else
+                pairs[others++] = pair;
+        }
+        list.set_candidates({pairs.data(), others});
         // Room for those that will touch before the next rebuild, too.
         list.reserve_contacts(matches.size() + matches.size() / 16);
-        std::uint32_t kept = matches.empty() ? list.n_candidates : matches.front().candidate, next = kept;
         double row[kMaxHistoryDoubles];
         for (const InheritScratch::Match& m : matches) {
-            while (next < m.candidate) list.candidates[kept++] = list.candidates[next++];
             store.get(m.place, row);
-            list.set_touching(list.add_contact(list.candidates[next++]), row);
+            list.set_touching(list.add_contact(m.pair), row);
         }
-        while (next < list.n_candidates) list.candidates[kept++] = list.candidates[next++];
-        list.n_candidates = kept;
     };
-    inherit(tile.pairs, find);
-    for (std::size_t w = 0; w < tile.walls.size(); ++w) inherit(tile.walls[w], [&](CandidatePair p) { return held_by(scratch.grains[p.own()], kWallLabel + static_cast<Label>(w)); });
+    tile.start_lists(near.with_walls.size(), store.history_doubles);
+    inherit(tile.pairs, near.of_grains, find);
+    for (std::size_t w = 0; w < tile.walls.size(); ++w) inherit(tile.walls[w], near.with_walls[w], [&](CandidatePair p) { return held_by(scratch.grains[p.own()], kWallLabel + static_cast<Label>(w)); });
 }
 
 } // namespace talus::core

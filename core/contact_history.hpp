@@ -86,17 +86,17 @@ struct InheritScratch {
         std::uint32_t id;   // in that tile; or its slot
     };
     struct Match {
-        std::uint32_t candidate;
+        CandidatePair pair;
         HistoryPlace place;
     };
     std::vector<Grain> grains; // by tile-local id
     std::vector<Match> matches;
 };
 
-/// Make contacts of the candidates of a tile's fresh lists that were in touch, with their histories. The tiles of the store that its
-/// grains and those of its border were in, and the neighbours of its own grains' tiles there, must be indexed.
-/// @param slot_of  owned grain -> slot in the store
-void inherit_histories(const ContactStore& store, const std::vector<std::uint32_t>& slot_of, const std::vector<Particle>& particles, Tile& tile, InheritScratch& scratch);
+/// Make a tile's lists: near pairs that were in touch become contacts, with their histories, the others candidates. The tiles of the
+/// store that its grains and those of its border were in, and the neighbours of its own grains' tiles there, must be indexed.
+/// @param slot_of  owned grain -> slot in the store; near  is used up
+void inherit_histories(const ContactStore& store, const std::vector<std::uint32_t>& slot_of, const std::vector<Particle>& particles, NearPairs& near, Tile& tile, InheritScratch& scratch);
 
 // ---- implementation ----
 

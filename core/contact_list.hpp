@@ -34,8 +34,15 @@ struct alignas(64) Octet {
 /// far too large.
 template <class T>
 void make_room(std::vector<T>& v, std::size_t n) {
-    if (v.empty() && v.capacity() > n + n / 2 + 64) v = std::vector<T>();
+    if (v.empty() && v.capacity() > n + n / 4 + 64) v = std::vector<T>();
     v.reserve(n);
+}
+
+/// n items, those that were there as they are; without the room to spare that resize would make.
+template <class T>
+void resize_tightly(std::vector<T>& v, std::size_t n) {
+    v.reserve(n);
+    v.resize(n);
 }
 
 struct ContactList {
@@ -57,6 +64,7 @@ struct ContactList {
     }
     void set_candidates(std::span<const CandidatePair> pairs) {
         n_candidates = static_cast<std::uint32_t>(pairs.size());
+        candidates.clear();
         make_room(candidates, whole_octets(n_candidates));
         candidates.assign(pairs.begin(), pairs.end());
         candidates.resize(whole_octets(n_candidates), CandidatePair{0, 0});

@@ -62,6 +62,12 @@ struct ContactsByGrain {
     std::vector<std::uint32_t> key;    // low bits of the partner's label; may be read to seven places behind the end
 };
 
+/// The pairs of a tile that are near enough to touch before the next rebuild, not in its lists yet.
+struct NearPairs {
+    std::vector<CandidatePair> of_grains;
+    std::vector<std::vector<CandidatePair>> with_walls; // {grain, grain}; one vector a wall
+};
+
 /// Border rows of another tile that belong to grains of this one.
 struct IncomingSums {
     int from_tile;
@@ -90,12 +96,18 @@ struct Tile {
     double wall_clearance[kMaxWalls];   // m, how far a listed-out grain may come towards each wall
     bool finite = true;
 
+    /// Empty lists, for histories of so many doubles.
+    void start_lists(std::size_t n_walls, int history_doubles) {
+        pairs.start(history_doubles);
+        walls.resize(n_walls);
+        for (ContactList& w : walls) w.start(history_doubles);
+        wall_sums.assign(n_walls, WallSum{});
+    }
     /// Exchange the memory of lists with another tile's, and what is in it.
     void swap_memory(Tile& other) {
         index_of.swap(other.index_of);
         std::swap(pairs, other.pairs);
         walls.swap(other.walls);
-        std::swap(by_grain, other.by_grain);
     }
 };
 

@@ -5,6 +5,7 @@
 
 #include "runtime/comm/packing_buffer.hpp"
 #include "runtime/engine.hpp"
+#include "runtime/large_array.hpp"
 #include "runtime/phase/phases.hpp"
 
 namespace talus::runtime {
@@ -173,6 +174,8 @@ void Engine::append(const std::vector<NewGrain>& grains) {
     EngineState& s = *state_;
     empty_tiles(s, true);
     Subdomain& sub = s.sub;
+    make_large_room(sub.particles, sub.particles.size() + grains.size());
+    make_large_room(sub.references, sub.references.size() + grains.size());
     for (const NewGrain& g : grains) {
         Particle p{};
         for (int a = 0; a < 3; ++a) {

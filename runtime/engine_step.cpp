@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "runtime/engine.hpp"
+#include "runtime/large_array.hpp"
 #include "runtime/phase/phases.hpp"
 
 namespace talus::runtime {
@@ -227,7 +228,11 @@ void rebuild(EngineState& s, bool first, bool keep_sums) {
     rebalance(s, first, busy, choose_skin(s, busy));
     agree(*s.comm, [&] { bin_grains(s); });
     s.workers.timed(Phase::halo_exchange, 0, [&] { s.halo.build(s.slices, s.model.settings.domain, s.model.reach(), s.sub); });
-    agree(*s.comm, [&] { build_pairs(s); });
+    agree(*s.comm, [&] {
+        trim(s.sub.particles);
+        trim(s.sub.references);
+        build_pairs(s);
+    });
     ++s.counters.rebuilds;
     s.counters.busy_at_rebuild = s.workers.busy();
     renew_graph(s);

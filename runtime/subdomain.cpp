@@ -7,7 +7,7 @@ Subdomain::Bytes Subdomain::bytes() const {
     Bytes b;
     b.records = of(particles) + of(references);
     b.cells = of(cell_first) + of(ghost_cell_first) + of(ghost_order) + of(ghost_shift) + of(ghost_chunk);
-    b.rebuild = of(sums) + of(slot_of) + of(slices) + contacts.bytes();
+    b.rebuild = of(sums) + of(slot_of) + contacts.bytes();
     const auto of_tile = [&](const core::Tile& t) {
         Bytes o;
         o.cells = sizeof(core::Tile) + of(t.index_of);

@@ -43,7 +43,6 @@ struct Subdomain {
     std::vector<std::uint32_t> slot_of;   // in it
     bool keeps_sums = true;               // no: forces are evaluated before anybody asks for them
     std::vector<core::ForceSum> sums;     // if kept
-    std::vector<core::ForceSum> slices; // scratch of binning
 
     /// While laid out: keep the owned grains for which keep(i) holds, in their order, with all that stands beside them.
     template <class Keep>

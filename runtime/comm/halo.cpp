@@ -7,6 +7,7 @@
 
 #include "runtime/comm/mpi_handle.hpp"
 #include "runtime/comm/packing_buffer.hpp"
+#include "runtime/large_array.hpp"
 
 namespace talus::runtime {
 
@@ -215,6 +216,7 @@ void Halo::build(const core::SliceGrid& slices, const core::Domain& domain, doub
         const auto ranges = unpack.get_all<ChunkRange>();
         sub.chunk_range.insert(sub.chunk_range.end(), ranges.begin(), ranges.end());
         Receive r{p.rank, static_cast<LocalIndex>(sub.ghost_shift.size()), n, static_cast<std::int32_t>(sub.chunk_displacement.size()), static_cast<std::uint32_t>(chunk_end.size()), {}};
+        make_large_room(sub.particles, sub.particles.size() + n);
         for (std::uint32_t k = 0, chunk = 0; k < n; ++k) {
             while (k >= chunk_end[chunk]) ++chunk;
             sub.particles.push_back(unpack.get<Particle>());

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "runtime/large_array.hpp"
 #include "runtime/phase/phases.hpp"
 
 namespace talus::runtime {
@@ -23,13 +24,13 @@ void for_blocks(EngineState& s, std::size_t n, Body body) {
     });
 }
 
+using Slice = core::ForceSum;
+
 /// Bring items into an order, 64 bytes of each at a time: a second copy of all would be the most memory that a rank ever needs.
 template <class T>
-void permute(EngineState& s, std::vector<T>& items, const std::vector<std::uint32_t>& order) {
-    constexpr std::size_t kSlice = std::min(sizeof(T), sizeof(core::ForceSum));
+void permute(EngineState& s, std::vector<T>& items, const std::vector<std::uint32_t>& order, Slice* slices) {
+    constexpr std::size_t kSlice = std::min(sizeof(T), sizeof(Slice));
     static_assert(sizeof(T) % kSlice == 0);
-    std::vector<core::ForceSum>& slices = s.sub.slices;
-    slices.resize(order.size());
     for (std::size_t at = 0; at < sizeof(T); at += kSlice) {
         const auto slice = [&](std::uint32_t i) { return reinterpret_cast<std::byte*>(&items[i]) + at; };
         for_blocks(s, order.size(), [&](std::uint32_t i) { std::memcpy(&slices[i], slice(order[i]), kSlice); });
@@ -114,10 +115,11 @@ void bin_grains(EngineState& s) {
     s.workers.timed(Phase::binning, 0, [&] {
         core::sort_by_cell(std::span<const std::uint32_t>(cell), sub.order.grid.n_cells(), [&](std::uint32_t i) { return sub.particles[i].label; }, sub.cell_first, order);
     });
-    permute(s, sub.particles, order);
-    permute(s, sub.references, order);
-    if (sub.keeps_sums) permute(s, sub.sums, order);
-    permute(s, sub.slot_of, order);
+    const Pages slices(order.size() * sizeof(Slice));
+    permute(s, sub.particles, order, slices.as<Slice>());
+    permute(s, sub.references, order, slices.as<Slice>());
+    if (sub.keeps_sums) permute(s, sub.sums, order, slices.as<Slice>());
+    permute(s, sub.slot_of, order, slices.as<Slice>());
 
     const core::CellGrid& grid = sub.order.grid;
     sub.tiles.clear();

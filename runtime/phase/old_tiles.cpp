@@ -50,16 +50,30 @@ void OldTiles::lend_memory(core::Tile& tile) {
 }
 
 void OldTiles::open(int t) {
-    for (const int u : needed_[t]) std::call_once(indexed_[u], [&] { core::index_contacts(sub_.contacts.labels, sub_.old_tiles[u]); });
+    for (const int u : needed_[t])
+        std::call_once(indexed_[u], [&] {
+            core::Tile& tile = sub_.old_tiles[u];
+            if (tile.by_grain.first.empty()) {
+                const std::lock_guard lock(guard_);
+                if (!spare_indexes_.empty()) {
+                    tile.by_grain = std::move(spare_indexes_.back());
+                    spare_indexes_.pop_back();
+                }
+            }
+            core::index_contacts(sub_.contacts.labels, tile);
+        });
 }
 
 void OldTiles::close(int t) {
     for (const int u : needed_[t]) {
         if (users_[u].fetch_sub(1, std::memory_order_acq_rel) != 1) continue;
+        core::Tile& old = sub_.old_tiles[u];
         core::Tile spare;
-        spare.swap_memory(sub_.old_tiles[u]);
+        spare.swap_memory(old);
+        old.by_grain.first.clear();
         const std::lock_guard lock(guard_);
         sub_.spare_tiles.push_back(std::move(spare));
+        spare_indexes_.push_back(std::move(old.by_grain));
     }
 }
 

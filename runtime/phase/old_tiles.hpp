@@ -28,7 +28,8 @@ private:
     std::vector<std::vector<int>> needed_;   // by new tile
     std::vector<std::atomic<int>> users_;    // of old ones, not yet done
     std::unique_ptr<std::once_flag[]> indexed_;
-    std::mutex guard_; // of the spare tiles
+    std::vector<core::ContactsByGrain> spare_indexes_;
+    std::mutex guard_; // of the spare tiles and indexes
 };
 
 } // namespace talus::runtime

@@ -141,9 +141,10 @@ void build_pairs(EngineState& s) {
         const int t = next.fetch_add(1, std::memory_order_relaxed);
         Tile& tile = sub.tiles[t];
         old.lend_memory(tile);
-        core::build_candidates(source, sub.contacts.history_doubles, tile, s.candidate_scratch[Workers::current()]);
+        core::CandidateScratch& scratch = s.candidate_scratch[Workers::current()];
+        core::build_candidates(source, tile, scratch);
         old.open(t);
-        core::inherit_histories(sub.contacts, sub.slot_of, sub.particles, tile, s.inherit_scratch[Workers::current()]);
+        core::inherit_histories(sub.contacts, sub.slot_of, sub.particles, scratch.near, tile, s.inherit_scratch[Workers::current()]);
         old.close(t);
         find_watched_chunks(s, tile);
         tile.displacement.clear();

@@ -51,6 +51,7 @@ struct Lists {
     CellOrder order;
     std::vector<std::uint32_t> cell_first;
     std::vector<Tile> tiles;
+    std::vector<NearPairs> near; // of each tile; candidates in its lists
 
     Lists(const System& s, std::size_t tile_grains, const std::vector<WallPlane>& walls = {}, int history_doubles = 4) : particles(s.particles) {
         double lo[3] = {1e300, 1e300, 1e300}, hi[3] = {-1e300, -1e300, -1e300};
@@ -80,7 +81,13 @@ struct Lists {
         link_neighbours(order, tiles);
         const CandidateSource source{particles, n, order, cell_first, {}, {}, {}, {}, walls, kSkin};
         CandidateScratch scratch;
-        for (Tile& t : tiles) build_candidates(source, history_doubles, t, scratch);
+        for (Tile& t : tiles) {
+            build_candidates(source, t, scratch);
+            near.push_back(scratch.near);
+            t.start_lists(walls.size(), history_doubles);
+            t.pairs.set_candidates(scratch.near.of_grains);
+            for (std::size_t w = 0; w < walls.size(); ++w) t.walls[w].set_candidates(scratch.near.with_walls[w]);
+        }
         link_borders(tiles);
     }
 

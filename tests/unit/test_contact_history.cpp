@@ -83,7 +83,12 @@ ContactStore lay_out(Lists& lists) {
 
 void inherit(const ContactStore& store, const std::vector<std::uint32_t>& slots, Lists& now) {
     InheritScratch scratch;
-    for (Tile& t : now.tiles) inherit_histories(store, slots, now.particles, t, scratch);
+    for (std::size_t t = 0; t < now.tiles.size(); ++t) {
+        const auto before = now.listed();
+        NearPairs near = now.near[t];
+        inherit_histories(store, slots, now.particles, near, now.tiles[t], scratch);
+        EXPECT_EQ(now.listed(), before);
+    }
 }
 
 std::vector<std::uint32_t> slots_of(const Lists& old, const Lists& now) {
