@@ -1,6 +1,7 @@
 // The loop over steps. Between two firings of the graph one thread per rank decides what is global, from a reduction that was
 // started a firing ago: rebuild, stop, errors. So no rank waits for a reduction within a step, and all decide alike.
 #include <array>
+#include <bit>
 #include <cmath>
 
 #include "runtime/engine.hpp"
@@ -234,6 +235,8 @@ void rebuild(EngineState& s, bool first, bool keep_sums) {
         build_pairs(s);
     });
     ++s.counters.rebuilds;
+    // Lists of a new size leave holes, the first ones above all; and the system gives pages slowly, so not every time.
+    if (std::has_single_bit(static_cast<std::uint64_t>(s.counters.rebuilds))) return_free_memory();
     s.counters.busy_at_rebuild = s.workers.busy();
     renew_graph(s);
     // Threads that have nothing to do in a rebuild cannot do anything else.

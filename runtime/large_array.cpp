@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <new>
 
+#include <malloc.h>
 #include <sys/mman.h>
 
 namespace talus::runtime {
@@ -12,6 +13,12 @@ void advise_huge_pages(const void* memory, std::size_t bytes) {
     const auto from = (reinterpret_cast<std::uintptr_t>(memory) + kHuge - 1) / kHuge * kHuge;
     const auto to = (reinterpret_cast<std::uintptr_t>(memory) + bytes) / kHuge * kHuge;
     if (from < to) madvise(reinterpret_cast<void*>(from), to - from, MADV_HUGEPAGE);
+}
+
+void return_free_memory() {
+#if defined(__GLIBC__)
+    malloc_trim(0);
+#endif
 }
 
 Pages::Pages(std::size_t bytes) : bytes_(bytes) {

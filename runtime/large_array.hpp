@@ -29,6 +29,9 @@ void trim(std::vector<T>& v) {
     if (v.capacity() > v.size() + v.size() / 4 + 4096) reallocate(v, v.size());
 }
 
+/// Give pages that the allocator holds for nobody back to the system, where it can.
+void return_free_memory();
+
 /// Scratch straight from the system, and back to it: an allocator might keep it. Not initialised.
 class Pages {
 public:

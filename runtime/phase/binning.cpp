@@ -26,9 +26,31 @@ void for_blocks(EngineState& s, std::size_t n, Body body) {
 
 using Slice = core::ForceSum;
 
+/// A slice for each of n grains, in the sums of the old tiles, which nobody asks for any more, as far as they go.
+class SliceScratch {
+public:
+    SliceScratch(std::vector<core::Tile>& old_tiles, std::size_t n) : more_(find_blocks(old_tiles, (n + kSlices - 1) / kSlices) * kSlices * sizeof(Slice)) {
+        for (std::size_t k = 0; blocks_.size() * kSlices < n; ++k) blocks_.push_back(more_.as<Slice>() + k * kSlices);
+    }
+    Slice& operator[](std::uint32_t i) const { return blocks_[i / kSlices][i % kSlices]; }
+
+private:
+    static constexpr std::uint32_t kSlices = 256; // of a block
+
+    /// @return how many of so many blocks are still missing
+    std::size_t find_blocks(std::vector<core::Tile>& old_tiles, std::size_t n) {
+        for (core::Tile& tile : old_tiles)
+            for (std::size_t k = 0; k + kSlices <= tile.sums.size() && blocks_.size() < n; k += kSlices) blocks_.push_back(&tile.sums[k]);
+        return n - blocks_.size();
+    }
+
+    std::vector<Slice*> blocks_;
+    Pages more_;
+};
+
 /// Bring items into an order, 64 bytes of each at a time: a second copy of all would be the most memory that a rank ever needs.
 template <class T>
-void permute(EngineState& s, std::vector<T>& items, const std::vector<std::uint32_t>& order, Slice* slices) {
+void permute(EngineState& s, std::vector<T>& items, const std::vector<std::uint32_t>& order, const SliceScratch& slices) {
     constexpr std::size_t kSlice = std::min(sizeof(T), sizeof(Slice));
     static_assert(sizeof(T) % kSlice == 0);
     for (std::size_t at = 0; at < sizeof(T); at += kSlice) {
@@ -115,11 +137,11 @@ void bin_grains(EngineState& s) {
     s.workers.timed(Phase::binning, 0, [&] {
         core::sort_by_cell(std::span<const std::uint32_t>(cell), sub.order.grid.n_cells(), [&](std::uint32_t i) { return sub.particles[i].label; }, sub.cell_first, order);
     });
-    const Pages slices(order.size() * sizeof(Slice));
-    permute(s, sub.particles, order, slices.as<Slice>());
-    permute(s, sub.references, order, slices.as<Slice>());
-    if (sub.keeps_sums) permute(s, sub.sums, order, slices.as<Slice>());
-    permute(s, sub.slot_of, order, slices.as<Slice>());
+    const SliceScratch slices(sub.old_tiles, order.size());
+    permute(s, sub.particles, order, slices);
+    permute(s, sub.references, order, slices);
+    if (sub.keeps_sums) permute(s, sub.sums, order, slices);
+    permute(s, sub.slot_of, order, slices);
 
     const core::CellGrid& grid = sub.order.grid;
     sub.tiles.clear();
