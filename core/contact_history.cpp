@@ -2,6 +2,7 @@
 
 #include <bit>
 
+#include "core/error.hpp"
 #include "core/simd.hpp"
 
 namespace talus::core {
@@ -61,10 +62,7 @@ void ContactStore::open(std::uint32_t slot) const {
 
 void ContactStore::void_histories(int doubles) {
     history_doubles = doubles;
-    for (Tile& t : tiles) {
-        t.pairs.void_histories(doubles);
-        for (ContactList& w : t.walls) w.void_histories(doubles);
-    }
+    for (Tile& t : tiles) t.void_histories(doubles);
     rows.assign(partners.size() * static_cast<std::size_t>(doubles), 0.0);
 }
 
@@ -105,7 +103,10 @@ void inherit_histories(const ContactStore& store, const std::vector<std::uint32_
         g.id = slot_of[tile.index_of[id]];
         if (g.id >= store.n_grains) continue;
         // Grains that stand together stood together.
-        if (last == nullptr || g.id < last->first || g.id >= last->first + last->count) last = &store.tile_of(g.id);
+        if (last == nullptr || g.id < last->first || g.id >= last->first + last->count) {
+            last = &store.tile_of(g.id);
+            TALUS_CHECK(!last->by_grain.first.empty());
+        }
         g.tile = last;
         g.id -= last->first;
     }

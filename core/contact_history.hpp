@@ -11,6 +11,7 @@
 #include <span>
 #include <vector>
 
+#include "core/error.hpp"
 #include "core/tile.hpp"
 
 namespace talus::core {
@@ -61,13 +62,14 @@ struct ContactStore {
     }
     /// Every contact starts anew, with histories of so many doubles.
     void void_histories(int doubles);
-    void clear() { // memory is kept
+    /// The memory of labels is kept; contacts of grains that came may be those of a whole checkpoint.
+    void clear() {
         tiles = {};
         labels.clear();
         n_grains = 0;
-        first.assign(1, 0);
-        partners.clear();
-        rows.clear();
+        first = {0};
+        partners = {};
+        rows = {};
     }
     std::size_t bytes() const {
         return (labels.capacity() + partners.capacity()) * sizeof(Label) + first.capacity() * sizeof(std::uint32_t) + rows.capacity() * sizeof(double);
@@ -133,6 +135,7 @@ void ContactStore::each(std::uint32_t slot, Visit visit) const {
     // Pairs across tiles stand in one of the two.
     for (const IncomingSums& in : own.incoming) {
         const Tile& other = tiles[static_cast<std::size_t>(in.from_tile)];
+        TALUS_CHECK(!other.by_grain.first.empty());
         const auto from = other.index_of.begin() + in.first, to = from + in.count, at = std::lower_bound(from, to, slot);
         if (at != to && *at == slot) each_in_tile(labels, other, static_cast<TileLocal>(at - other.index_of.begin()), visit);
     }

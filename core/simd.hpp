@@ -72,6 +72,7 @@ inline unsigned bits_of(bool m) { return m ? 1u : 0u; }
 inline unsigned bits_of(I4 m) { return static_cast<unsigned>(_mm256_movemask_pd((__m256d)m)); }
 
 inline unsigned bits_of(Word8 m) { return static_cast<unsigned>(_mm256_movemask_ps((__m256)m)); }
+// From any address.
 inline F8 load_any(const float* p) { return (F8)_mm256_loadu_ps(p); }
 inline Word8 load_any(const std::uint32_t* p) { return (Word8)_mm256_loadu_si256(reinterpret_cast<const __m256i*>(p)); }
 
@@ -131,7 +132,6 @@ inline void store_lanes(double* p, double v) { *p = v; }
 inline void store_lanes(double* p, V4 v) { _mm256_store_pd(p, (__m256d)v); }
 /// The row of a grain.
 inline V4 load_row(const double* p) { return (V4)_mm256_load_pd(p); }
-inline V4 load_any(const double* p) { return (V4)_mm256_loadu_pd(p); } // at any address
 inline void store_row(double* p, V4 v) { _mm256_store_pd(p, (__m256d)v); }
 /// sum[0..3] += row
 inline void add_row(std::int64_t* sum, I4 row) {

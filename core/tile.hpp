@@ -55,7 +55,7 @@ private:
     }
 };
 
-/// Which contacts each own and each border grain of a tile has: made when its lists are given up (core/contact_history.hpp).
+/// Which contacts each own and each border grain of a tile has: made when its lists are given up or saved (core/contact_history.hpp).
 struct ContactsByGrain {
     std::vector<std::uint32_t> first;  // [own and border grains + 1] into the two below; empty: not made
     std::vector<std::uint32_t> number; // of a contact: those of pairs, then those with each wall
@@ -102,6 +102,11 @@ struct Tile {
         walls.resize(n_walls);
         for (ContactList& w : walls) w.start(history_doubles);
         wall_sums.assign(n_walls, WallSum{});
+    }
+    /// Every contact starts anew, with histories of so many doubles.
+    void void_histories(int doubles) {
+        pairs.void_histories(doubles);
+        for (ContactList& w : walls) w.void_histories(doubles);
     }
     /// Exchange the memory of lists with another tile's, and what is in it.
     void swap_memory(Tile& other) {

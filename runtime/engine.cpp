@@ -138,7 +138,12 @@ void Engine::refresh_lists() {
             fail(ErrorKind::argument, "{} subdomains along {} would be {} m wide, less than the halo of {} m (d_max + skin): use fewer ranks, or cut another axis (settings.rank_grid)", s.slices.grid()[a], "xyz"[a], d.length(a) / s.slices.grid()[a], reach);
     }
     s.watch.disturbed = true;
-    rebuild(s, !sliced_, true);
+    try {
+        rebuild(s, !sliced_, true);
+    } catch (...) {
+        poisoned_ = true; // half of the histories may be in new lists
+        throw;
+    }
     sliced_ = true;
     rebuild_due_ = false;
     lists_stale_ = false;

@@ -62,11 +62,12 @@ public:
     const EngineState& state() const { return *state_; }
     std::uint64_t generation() const { return generation_; }
     bool poisoned() const { return poisoned_; }
+    /// Fails if poisoned.
+    void require_healthy() const;
     /// Energy of walls: work done up to now [J].
     double wall_work(int wall);
 
 private:
-    void require_healthy() const;
     void agree_on_input();
     void check_setup();
     void fix_units();

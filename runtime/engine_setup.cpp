@@ -90,10 +90,7 @@ void Engine::set_laws(const core::Laws& laws) {
     if (laws.tangential != now.tangential || laws.rolling != now.rolling || laws.normal != now.normal) {
         // The rows mean something else now: every contact starts anew, with the touching bits kept.
         const int doubles = core::history_doubles(laws);
-        for (core::Tile& t : s.sub.tiles) {
-            t.pairs.void_histories(doubles);
-            for (auto& w : t.walls) w.void_histories(doubles);
-        }
+        for (core::Tile& t : s.sub.tiles) t.void_histories(doubles);
         s.sub.contacts.void_histories(doubles);
     }
     now = laws;
@@ -229,6 +226,7 @@ void Engine::insert(const std::vector<NewGrain>& grains, double max_overlap) {
         refresh_lists();
         check_overlaps(max_overlap);
     } catch (const core::Error&) {
+        if (poisoned_) throw;
         s.model.radius_max = radius_max;
         s.model.radius_min = radius_min;
         remove_unless([](const Particle& p) { return !core::is_new(p); });

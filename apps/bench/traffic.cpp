@@ -31,10 +31,10 @@ Traffic traffic(const runtime::EngineState& s) {
     // Cell numbers from positions; the counting sort with its labels; records, references and places brought into the new order, each by
     // way of a scratch.
     t.binning = own * ((kLine + kIndex) + (2.0 * kIndex + kLine) + 4.0 * (kRecord + kReference + kIndex) + 4.0 * kIndex);
-    // Labels are set aside and contacts indexed; records of all that a tile knows are read; each candidate is looked up at one of its
-    // grains; new lists are written, with rows out of the old ones. Records are marked, sums cleared.
+    // Labels are set aside and contacts indexed; records of all that a tile knows are read; entries are read back; new lists are written,
+    // with rows out of the old ones. Records are marked.
     t.pair_build = own * (kLine + kLabel) + index_bytes(lists) + ids * (2.0 * kIndex + kRecord) + lists.contacts * 2.0 * kEntryBytes + list_bytes(lists, row) +
-                   own * 2.0 * kLine + ids * kSum;
+                   own * 2.0 * kLine;
     return t;
 }
 

@@ -49,8 +49,10 @@ std::vector<core::ForceSum> sums_of(const runtime::Subdomain& sub) {
 /// One grain's value of a field, as bytes.
 class FieldReader {
 public:
-    FieldReader(const runtime::EngineState& s, int32_t field) : s_(s), field_(field) {
-        if (field == TALUS_FIELD_FORCE || field == TALUS_FIELD_TORQUE) sums_ = sums_of(s.sub);
+    FieldReader(const runtime::Engine& e, int32_t field) : s_(e.state()), field_(field) {
+        if (field != TALUS_FIELD_FORCE && field != TALUS_FIELD_TORQUE) return;
+        e.require_healthy(); // an error may have come between the forces of two steps
+        sums_ = sums_of(s_.sub);
     }
     void read(LocalIndex i, void* out) const {
         const core::Particle& p = s_.sub.particles[i];
@@ -203,7 +205,7 @@ talus_status talus_particles_copy(talus_engine* engine, int32_t field, int64_t c
         const runtime::EngineState& s = e.state();
         const std::size_t bytes = shape_of(field).bytes();
         require_capacity(capacity, s.sub.n_owned, out_data, out_count);
-        const FieldReader reader(s, field);
+        const FieldReader reader(e, field);
         auto* out = static_cast<std::byte*>(out_data);
         for (const LocalIndex i : by_label(s.sub)) {
             reader.read(i, out);
@@ -217,7 +219,7 @@ talus_status talus_particles_gather(talus_engine* engine, int32_t field, int64_t
         runtime::EngineState& s = e.state();
         const std::size_t bytes = shape_of(field).bytes();
         const std::size_t item = sizeof(core::Label) + bytes;
-        const FieldReader reader(s, field);
+        const FieldReader reader(e, field);
         runtime::Bytes mine(s.sub.n_owned * item);
         for (LocalIndex i = 0; i < s.sub.n_owned; ++i) {
             std::memcpy(mine.data() + i * item, &s.sub.particles[i].label, sizeof(core::Label));

@@ -148,6 +148,7 @@ void save_checkpoint(EngineState& s, const std::string& path) {
         for (const char* name : {"label", "radius", "mass", "velocity", "angular_velocity", "material", "group", "colour"}) add_vtk_point_array(hdf5, name, std::string(kGrains) + name);
     };
     write_file(s, file);
+    for (core::Tile& t : sub.tiles) t.by_grain = core::ContactsByGrain{};
 }
 
 } // namespace talus::runtime

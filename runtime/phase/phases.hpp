@@ -10,7 +10,7 @@
 //   rebalance      grains, busy times                     cuts; which rank owns which grain      all
 //   observe        everything                             nothing                                all
 //
-// A rebuild is: lay out contacts, choose the skin, rebalance (cuts, migrate), binning, halo build, pair build with inheritance.
+// A rebuild is: give up the tiles, choose the skin, rebalance (cuts, migrate), binning, halo build, pair build with inheritance.
 #pragma once
 
 #include "runtime/engine_state.hpp"

@@ -75,7 +75,7 @@ void random_cuts(EngineState& s) {
     }
 }
 
-/// Send grains whose owner is another rank, with references, sums and contacts.
+/// Send grains whose owner is another rank, with references, contacts and, where they are kept, sums.
 void migrate(EngineState& s) {
     Subdomain& sub = s.sub;
     core::ContactStore& contacts = sub.contacts;

@@ -28,6 +28,10 @@ void expect_poisoned(World& world) {
     talus_state_init(&s);
     EXPECT_EQ(talus_engine_state(world.handle(), &s), TALUS_OK) << talus_engine_message(world.handle());
     EXPECT_EQ(s.ranks, world_size());
+    std::vector<double> force(3 * static_cast<std::size_t>(s.local_particles) + 1);
+    int64_t count = 0;
+    EXPECT_EQ(talus_particles_copy(world.handle(), TALUS_FIELD_FORCE, s.local_particles, force.data(), &count), TALUS_ERR_STATE);
+    EXPECT_EQ(talus_particles_copy(world.handle(), TALUS_FIELD_POSITION, s.local_particles, force.data(), &count), TALUS_OK) << "where they were";
     const talus_state reference = serial_reference(kGas, 10);
     World fresh = make_gas(parallel_run());
     fresh.step(10);

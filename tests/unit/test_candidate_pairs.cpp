@@ -107,6 +107,23 @@ TEST(CandidatePairs, equal_brute_force_in_a_dense_system_for_every_size_of_tiles
     }
 }
 
+TEST(CandidatePairs, equal_brute_force_where_single_precision_cannot_tell_them) {
+    // Few grains in a box of a million radii make few cells, so a tile spans it; pairs are a billionth of the skin within reach or out of it.
+    const double lengths[3] = {1e6, 2e5, 3e5};
+    System s = random_system(lengths, {false, false, false}, 80, 12);
+    Random random(3);
+    for (std::size_t k = 0; k + 1 < s.particles.size(); k += 2) {
+        Particle &a = s.particles[k], &b = s.particles[k + 1];
+        for (int c = 0; c < 3; ++c) b.position[c] = a.position[c];
+        const double distance = a.radius + b.radius + kSkin * (1.0 + (k % 4 == 0 ? 1e-9 : -1e-9));
+        b.position[k % 3] += a.position[k % 3] < s.domain.lo[k % 3] + 0.5 * lengths[k % 3] ? distance : -distance;
+    }
+    for (const std::size_t tile_grains : {5u, 1000u}) expect_equal_to_brute_force(s, tile_grains);
+    const std::size_t near = brute_force(s).size();
+    EXPECT_GT(near, 10u);
+    EXPECT_LT(near, 30u);
+}
+
 TEST(CandidatePairs, list_the_same_pairs_whatever_the_order_in_which_grains_are_given) {
     const double lengths[3] = {length_for(3), length_for(2), length_for(4)};
     const System s = random_system(lengths, {true, false, true}, 120, 5);
