@@ -9,11 +9,11 @@ namespace talus::runtime {
 /// Ask for huge pages under memory that has not been touched yet. Advice: what the system does not do costs speed only.
 void advise_huge_pages(const void* memory, std::size_t bytes);
 
-/// A vector with room for n items and a little more, instead of up to twice as many as push_back would make.
+/// A vector with room for n items, and a little more if it grows, instead of up to twice as many as push_back would make.
 template <class T>
 void reallocate(std::vector<T>& v, std::size_t n) {
     std::vector<T> other;
-    other.reserve(n + n / 16);
+    other.reserve(v.empty() ? n : n + n / 16);
     advise_huge_pages(other.data(), other.capacity() * sizeof(T));
     other.assign(v.begin(), v.end());
     v.swap(other);
