@@ -36,8 +36,7 @@ inline HistoryPlace find_in_tile(const std::vector<Label>& labels, const Tile& t
         if (to - e < 8) bits &= (1u << (to - e)) - 1u;
         for (; bits != 0; bits &= bits - 1) {
             const NumberedContact c = contact_by_number(tile, tile.by_grain.number[e + static_cast<std::uint32_t>(std::countr_zero(bits))]);
-            const CandidatePair pair = c.place.list->contacts[c.place.at];
-            if ((c.wall >= 0 ? c.wall : labels[tile.index_of[pair.i == id ? pair.j : pair.i]]) == partner) return c.place;
+            if (partner_of(labels, tile, id, c) == partner) return c.place;
         }
     }
     return {};

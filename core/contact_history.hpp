@@ -114,13 +114,18 @@ inline NumberedContact contact_by_number(const Tile& tile, std::uint32_t number)
     while (number >= tile.walls[w].n_contacts) number -= tile.walls[w++].n_contacts;
     return {{&tile.walls[w], number}, kWallLabel + static_cast<Label>(w)};
 }
+/// The label of whom grain `id` touches there.
+inline Label partner_of(const std::vector<Label>& labels, const Tile& tile, TileLocal id, const NumberedContact& c) {
+    if (c.wall >= 0) return c.wall;
+    const CandidatePair pair = c.place.list->contacts[c.place.at];
+    return labels[tile.index_of[pair.i == id ? pair.j : pair.i]];
+}
 /// visit(partner, place) for the contacts of grain `id` in an indexed tile.
 template <class Visit>
 void each_in_tile(const std::vector<Label>& labels, const Tile& tile, TileLocal id, Visit visit) {
     for (std::uint32_t e = tile.by_grain.first[id]; e < tile.by_grain.first[id + 1]; ++e) {
         const NumberedContact c = contact_by_number(tile, tile.by_grain.number[e]);
-        const CandidatePair pair = c.place.list->contacts[c.place.at];
-        visit(c.wall >= 0 ? c.wall : labels[tile.index_of[pair.i == id ? pair.j : pair.i]], c.place);
+        visit(partner_of(labels, tile, id, c), c.place);
     }
 }
 

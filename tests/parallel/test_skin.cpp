@@ -15,27 +15,11 @@ HowToRun automatic() {
     return run;
 }
 
-/// Elastic, frictionless grains that fly about in a box that is periodic on all axes, 1.3 diameters apart at first.
+/// Grains 1.3 diameters apart at first.
 World make_thin_gas(const Vec3& size, double speed, const HowToRun& run) {
-    talus_settings s = scene_settings({0, 0, 0}, size, run);
-    for (int a = 0; a < 3; ++a) {
-        s.periodic[a] = 1;
-        s.gravity[a] = 0.0;
-    }
-    s.laws.tangential = TALUS_TANGENTIAL_NONE;
-    s.laws.rolling = TALUS_ROLLING_NONE;
-    World world(s, run.comm);
-    const int32_t glass = world.material(kSceneSand);
-    world.contact(glass, glass, 1.0, 0.0, 0.0);
-    std::vector<Grain> grains;
-    Random random(29);
-    int n[3];
+    std::array<int, 3> n;
     for (std::size_t a = 0; a < 3; ++a) n[a] = static_cast<int>(size[a] / (1.3 * kD));
-    for (int x = 0; x < n[0]; ++x)
-        for (int y = 0; y < n[1]; ++y)
-            for (int z = 0; z < n[2]; ++z) grains.push_back({{size[0] / n[0] * x, size[1] / n[1] * y, size[2] / n[2] * z}, kSceneRadius, random.vector(speed), random.vector(10.0)});
-    world.insert(grains, 0.0);
-    return world;
+    return make_elastic_gas(size, n, speed, 10.0, 29, run);
 }
 
 /// A lattice that hardly moves, on a floor, with light gravity. Its uppermost layer is group 1.

@@ -4,6 +4,7 @@
 
 #include <talus.h>
 
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <memory>
@@ -264,10 +265,8 @@ inline World make_periodic(const HowToRun& run) {
     return world;
 }
 
-/// An elastic frictionless gas in a box that is periodic on all axes, with grains on faces, edges and corners of it.
-inline World make_gas(const HowToRun& run) {
-    const double d = 2.0 * kSceneRadius;
-    const Vec3 size{12 * d, 12 * d, 12 * d};
+/// Elastic, frictionless grains on a lattice of n[0] x n[1] x n[2] in a box that is periodic on all axes, from faces, edges and corners on.
+inline World make_elastic_gas(const Vec3& size, const std::array<int, 3>& n, double speed, double spin, std::uint64_t seed, const HowToRun& run) {
     talus_settings s = scene_settings({0, 0, 0}, size, run);
     for (int a = 0; a < 3; ++a) {
         s.periodic[a] = 1;
@@ -279,13 +278,16 @@ inline World make_gas(const HowToRun& run) {
     const int32_t glass = world.material(kSceneSand);
     world.contact(glass, glass, 1.0, 0.0, 0.0);
     std::vector<Grain> grains;
-    Random random(23);
-    for (int x = 0; x < 8; ++x)
-        for (int y = 0; y < 8; ++y)
-            for (int z = 0; z < 8; ++z)
-                grains.push_back({{size[0] / 8 * x, size[1] / 8 * y, size[2] / 8 * z}, kSceneRadius, random.vector(2.0), random.vector(100.0)});
+    Random random(seed);
+    for (int x = 0; x < n[0]; ++x)
+        for (int y = 0; y < n[1]; ++y)
+            for (int z = 0; z < n[2]; ++z) grains.push_back({{size[0] / n[0] * x, size[1] / n[1] * y, size[2] / n[2] * z}, kSceneRadius, random.vector(speed), random.vector(spin)});
     world.insert(grains, 0.0);
     return world;
+}
+inline World make_gas(const HowToRun& run) {
+    const double side = 12.0 * 2.0 * kSceneRadius;
+    return make_elastic_gas({side, side, side}, {8, 8, 8}, 2.0, 100.0, 23, run);
 }
 
 inline constexpr Scene kShear{"shear", make_shear, plain_advance, true};
