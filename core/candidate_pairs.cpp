@@ -147,7 +147,7 @@ std::size_t look_near(const CandidateScratch::Grains& all, std::uint32_t from, s
     const F8 gx = F8{} + grains.x[g], gy = F8{} + grains.y[g], gz = F8{} + grains.z[g], near_g = F8{} + reach;
     for (std::uint32_t k = from; k < to; k += 8) {
         const F8 dx = gx - load_any(&all.x[k]), dy = gy - load_any(&all.y[k]), dz = gz - load_any(&all.z[k]), near = near_g + load_any(&all.radius[k]);
-        unsigned bits = bits_of(Word8(dx * dx + dy * dy + dz * dz < near * near));
+        unsigned bits = bits_of_words(Word8(dx * dx + dy * dy + dz * dz < near * near));
         if (to - k < 8) bits &= (1u << (to - k)) - 1u;
         const __m256i places = _mm256_cvtepu8_epi32(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(kPlaces[bits].data())));
         _mm256_storeu_si256(reinterpret_cast<__m256i*>(found.data() + n), _mm256_add_epi32(places, _mm256_set1_epi32(static_cast<int>(k))));

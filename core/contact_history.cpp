@@ -32,7 +32,7 @@ inline HistoryPlace find_in_tile(const std::vector<Label>& labels, const Tile& t
     const std::uint32_t from = tile.by_grain.first[id], to = tile.by_grain.first[id + 1];
     const Word8 key = Word8{} + static_cast<std::int32_t>(key_of(partner));
     for (std::uint32_t e = from; e < to; e += 8) {
-        unsigned bits = bits_of(load_any(&tile.by_grain.key[e]) == key);
+        unsigned bits = bits_of_words(load_any(&tile.by_grain.key[e]) == key);
         if (to - e < 8) bits &= (1u << (to - e)) - 1u;
         for (; bits != 0; bits &= bits - 1) {
             const NumberedContact c = contact_by_number(tile, tile.by_grain.number[e + static_cast<std::uint32_t>(std::countr_zero(bits))]);
@@ -66,7 +66,7 @@ void ContactStore::void_histories(int doubles) {
 }
 
 void index_contacts(const std::vector<Label>& labels, Tile& tile) {
-    auto& [first, numbers, keys] = tile.by_grain;
+    std::vector<std::uint32_t>&first = tile.by_grain.first, &numbers = tile.by_grain.number, &keys = tile.by_grain.key; // the lambdas' own: clang 14 has no capture of bindings
     if (!first.empty()) return;
     const TileLocal n = tile.count + tile.n_border;
     // Counts two places on, so that filling with first[id + 1]++ leaves first[id] right.

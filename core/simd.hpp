@@ -71,7 +71,8 @@ inline V4 select(I4 m, V4 a, V4 b) { return (V4)_mm256_blendv_pd((__m256d)b, (__
 inline unsigned bits_of(bool m) { return m ? 1u : 0u; }
 inline unsigned bits_of(I4 m) { return static_cast<unsigned>(_mm256_movemask_pd((__m256d)m)); }
 
-inline unsigned bits_of(Word8 m) { return static_cast<unsigned>(_mm256_movemask_ps((__m256)m)); }
+/// The same of eight words; clang takes one vector for another of the same size, hence a name of its own.
+inline unsigned bits_of_words(Word8 m) { return static_cast<unsigned>(_mm256_movemask_ps((__m256)m)); }
 // From any address.
 inline F8 load_any(const float* p) { return (F8)_mm256_loadu_ps(p); }
 inline Word8 load_any(const std::uint32_t* p) { return (Word8)_mm256_loadu_si256(reinterpret_cast<const __m256i*>(p)); }
