@@ -41,8 +41,9 @@ inline ContactParameters<V> splat_parameters(const PairParameters& p) {
 }
 
 /// Squared distance of centres and of touch; a pair touches when the first is below the second. Even under exchange of the two.
-template <class V>
-inline Mask<V> touches(const Periods& periods, const Vec3<V>& xi, V ri, const Vec3<V>& xj, V rj) {
+/// @param periods  Periods or NoPeriods
+template <class V, class Images>
+inline Mask<V> touches(const Images& periods, const Vec3<V>& xi, V ri, const Vec3<V>& xj, V rj) {
     const Vec3<V> d = minimum_image(periods, xi - xj);
     const V reach = ri + rj;
     return dot(d, d) < reach * reach;
@@ -51,8 +52,8 @@ inline Mask<V> touches(const Periods& periods, const Vec3<V>& xi, V ri, const Ve
 // The geometry of grain i on grain j in four parts, each after those before it.
 
 /// @return whether they touch
-template <class V>
-inline Mask<V> set_overlap(const Periods& periods, const Vec3<V>& xi, V ri, const Vec3<V>& xj, V rj, ContactGeometry<V>& g) {
+template <class V, class Images>
+inline Mask<V> set_overlap(const Images& periods, const Vec3<V>& xi, V ri, const Vec3<V>& xj, V rj, ContactGeometry<V>& g) {
     const Vec3<V> d = minimum_image(periods, xi - xj);
     const V distance = square_root(dot(d, d));
     g.normal = d * (splat<V>(1.0) / larger(distance, splat<V>(kTiny)));

@@ -45,6 +45,15 @@ inline Vec3<V> minimum_image(const Periods& p, const Vec3<V>& d) {
     return {one(d.x, 0), one(d.y, 1), one(d.z, 2)};
 }
 
+/// Of grains that stand so near together that no image is nearer: the same difference, to the bit, for a sixth of the work.
+struct NoPeriods {};
+template <class V>
+inline Vec3<V> minimum_image(NoPeriods, const Vec3<V>& d) {
+    return d;
+}
+/// Differences up to this share of a period have no nearer image, whatever is rounded.
+inline constexpr double kOwnImage = 0.49;
+
 /// Bring a position back into the box on periodic axes, and the reference with it; every step, from the state alone.
 inline void wrap(const Domain& d, double (&position)[3], Reference& reference) {
     for (int a = 0; a < 3; ++a) {

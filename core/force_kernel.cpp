@@ -1,5 +1,7 @@
 #include "core/force_kernel.hpp"
 
+#include <limits>
+
 #include "core/error.hpp"
 #include "core/kernel_build.hpp"
 #include "core/law/choose.hpp"
@@ -14,13 +16,18 @@ void TileGrains::gather(const Particle* particles, const std::vector<LocalIndex>
         spin.resize(n);
     }
     material = n > 0 ? material_of(particles[index_of[0]]) : 0;
+    V4 lo = splat<V4>(std::numeric_limits<double>::infinity()), hi = -lo;
     for (std::size_t k = 0; k < n; ++k) {
         const Particle& p = particles[index_of[k]];
-        store_row(centre[k].v, load_row(p.position));
+        const V4 at = load_row(p.position);
+        lo = smaller(at, lo);
+        hi = larger(at, hi);
+        store_row(centre[k].v, at);
         store_row(motion[k].v, load_row(p.velocity));
         store_row(spin[k].v, load_row(p.angular_velocity));
         if (material_of(p) != material) material = -1;
     }
+    for (int a = 0; a < 3; ++a) extent[a] = n > 0 ? hi[a] - lo[a] : 0.0;
 }
 
 void no_such_law(const char* kind, int number) { fail(ErrorKind::internal, "{} law {} does not exist", kind, number); }

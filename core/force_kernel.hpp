@@ -25,7 +25,14 @@ struct TileGrains {
     std::vector<Quad> motion; // velocity [m/s], mass [kg]
     std::vector<Quad> spin;   // angular velocity [rad/s], meta
     int material = 0;         // of all of them, or -1 for several
+    double extent[3] = {0, 0, 0}; // m, between the outermost centres
 
+    /// Whether a pair of them may be nearer across a period.
+    bool spans_images(const Periods& periods) const {
+        bool any = false;
+        for (int a = 0; a < 3; ++a) any = any || (periods.length[a] > 0.0 && !(extent[a] <= kOwnImage * periods.length[a]));
+        return any;
+    }
     void gather(const Particle* particles, const std::vector<LocalIndex>& index_of);
 };
 

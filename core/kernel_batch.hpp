@@ -15,8 +15,12 @@
 
 namespace talus::core::kernel {
 
-/// Contacts that go through the stages together.
-inline constexpr std::uint32_t kBlock = 64;
+/// Contacts that go through the stages together: eight batches fill the processor and leave room in L1 for the grains.
+template <class V>
+inline constexpr std::uint32_t kBlock = 8 * kLanes<V>;
+
+/// Contacts between the one whose history is asked of memory and the one that is looked at.
+inline constexpr std::uint32_t kAhead = 64;
 
 /// Bits of the first n of W lanes.
 constexpr unsigned first_lanes(std::uint32_t n, int W) { return n >= static_cast<std::uint32_t>(W) ? (1u << W) - 1u : (1u << n) - 1u; }
@@ -177,11 +181,11 @@ template <class V, int kHistory, class Begin, class Ended>
 inline Batch<V>* begin_batches(ContactList& list, std::uint32_t block, Batch<V>* batches, Begin begin, Ended ended) {
     constexpr int W = kLanes<V>;
     Batch<V>* next = batches;
-    const std::uint32_t end = std::min(block + kBlock, list.n_contacts);
+    const std::uint32_t end = std::min(block + kBlock<V>, list.n_contacts);
     for (std::uint32_t octet = block; octet < end; octet += 8) {
-        // Needed when this block is through; the hardware starts anew at every block.
+        // Needed some blocks on; the hardware starts anew at every block.
         if constexpr (kHistory > 0) {
-            const Octet* ahead = list.history.data() + static_cast<std::size_t>(octet + kBlock) / 8 * kHistory;
+            const Octet* ahead = list.history.data() + static_cast<std::size_t>(octet + kAhead) / 8 * kHistory;
             for (int c = 0; c < kHistory; ++c) __builtin_prefetch(ahead + c, 1);
         }
         unsigned touching = 0;

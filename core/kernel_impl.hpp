@@ -27,36 +27,43 @@ TALUS_FLATTEN void pair_forces(const ForceContext& context, const TileForces& ti
         }
     };
 
-    admit_touching(list, [&](std::uint32_t first) {
-        unsigned mask = 0;
-        for (int part = 0; part < 8; part += W) {
-            TileLocal i[W], j[W];
-            load_ids(&list.candidates[first + part], i, j);
-            V p[4], q[4];
-            load_grains(grains.centre, i, p);
-            load_grains(grains.centre, j, q);
-            mask |= bits_of(touches<V>(periods, vector_of(p), p[3], vector_of(q), q[3])) << part;
-        }
-        return mask;
+    // Of most tiles no pair is nearer across a period; they are spared the search for images.
+    const bool has_images = grains.spans_images(periods);
+    const auto for_images = [&](auto use) { has_images ? use(periods) : use(NoPeriods{}); };
+
+    for_images([&](const auto& images) {
+        admit_touching(list, [&](std::uint32_t first) {
+            unsigned mask = 0;
+            for (int part = 0; part < 8; part += W) {
+                TileLocal i[W], j[W];
+                load_ids(&list.candidates[first + part], i, j);
+                V p[4], q[4];
+                load_grains(grains.centre, i, p);
+                load_grains(grains.centre, j, q);
+                mask |= bits_of(touches<V>(images, vector_of(p), p[3], vector_of(q), q[3])) << part;
+            }
+            return mask;
+        });
     });
 
     const CandidatePair* const pairs = list.contacts.data();
-    const auto begin = [&](Batch<V>& x) {
+    const auto begin = [&](Batch<V>& x, const auto& images) {
         load_ids(pairs + x.first, x.i, x.j);
         V p[4], q[4];
         load_grains(grains.centre, x.i, p);
         load_grains(grains.centre, x.j, q);
         x.radius_i = p[3];
         x.radius_j = q[3];
-        return bits_of(set_overlap(periods, vector_of(p), p[3], vector_of(q), q[3], x.geometry));
+        return bits_of(set_overlap(images, vector_of(p), p[3], vector_of(q), q[3], x.geometry));
     };
     const auto ended = [&](std::uint32_t contact) {
         if constexpr (kLedger)
             if (tile.index_of[pairs[contact].i] < tile.n_owned) add_released<Law>(context, *pair_table(pairs[contact].i, pairs[contact].j), list, contact, heat);
     };
-    Batch<V> batches[kBlock / W];
-    for (std::uint32_t block = 0; block < list.n_contacts; block += kBlock) {
-        Batch<V>* const end = begin_batches<V, Law::kHistoryDoubles>(list, block, batches, begin, ended);
+    Batch<V> batches[kBlock<V> / W];
+    for (std::uint32_t block = 0; block < list.n_contacts; block += kBlock<V>) {
+        Batch<V>* end = batches;
+        for_images([&](const auto& images) { end = begin_batches<V, Law::kHistoryDoubles>(list, block, batches, [&](Batch<V>& x) { return begin(x, images); }, ended); });
         V p[4], q[4];
         for (Batch<V>* x = batches; x != end; ++x) {
             load_grains(grains.motion, x->i, p);
@@ -152,8 +159,8 @@ TALUS_FLATTEN void wall_forces(const ForceContext& context, const WallPlane& wal
     const auto ended = [&](std::uint32_t contact) {
         if constexpr (kLedger) add_released<Law>(context, *table(pairs[contact].i), list, contact, heat);
     };
-    Batch<V> batches[kBlock / W];
-    for (std::uint32_t block = 0; block < list.n_contacts; block += kBlock) {
+    Batch<V> batches[kBlock<V> / W];
+    for (std::uint32_t block = 0; block < list.n_contacts; block += kBlock<V>) {
         Batch<V>* const end = begin_batches<V, Law::kHistoryDoubles>(list, block, batches, begin, ended);
         run_law<V, Law, kLedger>(batches, end, list, constants, advance, [](const Batch<V>& x) -> const ContactParameters<V>& { return x.parameters; });
 

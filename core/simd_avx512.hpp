@@ -50,7 +50,10 @@ inline V8 smaller(V8 a, V8 b) { return {_mm512_min_pd(a.v, b.v)}; }
 inline V8 magnitude(V8 a) { return {_mm512_andnot_pd(_mm512_set1_pd(-0.0), a.v)}; }
 inline V8 select(M8 m, V8 a, V8 b) { return {_mm512_mask_blend_pd(m.k, b.v, a.v)}; }
 inline unsigned bits_of(M8 m) { return m.k; }
-inline I8 to_integer(V8 a, V8 scale) { return {_mm512_cvtpd_epi64(_mm512_mul_pd(a.v, scale.v))}; }
+inline I8 to_integer(V8 a, V8 scale) {
+    const V8 magic = splat<V8>(kRoundMagic);
+    return {_mm512_sub_epi64(_mm512_castpd_si512(fma(a, scale, magic).v), _mm512_castpd_si512(magic.v))};
+}
 
 /// Elements 0, 1 of each 256-bit half of two vectors, or 2, 3 of each: a's, then b's.
 inline __m512d join_low(__m512d a, __m512d b) { return _mm512_permutex2var_pd(a, _mm512_set_epi64(13, 12, 5, 4, 9, 8, 1, 0), b); }
