@@ -296,25 +296,43 @@ void link_borders(std::vector<Tile>& tiles) {
     }
 }
 
-void link_neighbours(const CellOrder& order, std::vector<Tile>& tiles) {
+std::vector<std::vector<int>> tiles_beside(const CellOrder& order, int axis) {
     const CellGrid& g = order.grid;
-    for (int t = 0; t < g.n_tiles(); ++t) {
-        Tile& tile = tiles[t];
-        tile.neighbours.clear();
-        for (int o = 0; o < 27; ++o) {
-            int c[3] = {tile.index[0] + o / 9 - 1, tile.index[1] + o / 3 % 3 - 1, tile.index[2] + o % 3 - 1};
-            bool exists = true;
-            for (int a = 0; a < 3; ++a) {
-                if (c[a] >= 0 && c[a] < g.tiles[a]) continue;
-                exists = exists && g.wraps[a];
-                c[a] = (c[a] + g.tiles[a]) % g.tiles[a];
+    if (g.tiles[axis] == 1) return {};
+    std::vector<std::vector<int>> beside(static_cast<std::size_t>(g.n_tiles()));
+    int c[3];
+    for (c[0] = 0; c[0] < g.tiles[0]; ++c[0])
+        for (c[1] = 0; c[1] < g.tiles[1]; ++c[1])
+            for (c[2] = 0; c[2] < g.tiles[2]; ++c[2]) {
+                auto& mine = beside[static_cast<std::size_t>(order.tile_index(c[0], c[1], c[2]))];
+                for (const int step : {-1, 1}) {
+                    int n[3] = {c[0], c[1], c[2]};
+                    n[axis] += step;
+                    if (g.wraps[axis]) n[axis] = (n[axis] + g.tiles[axis]) % g.tiles[axis];
+                    if (n[axis] < 0 || n[axis] >= g.tiles[axis]) continue;
+                    // Of two tiles on a wrapping axis each is beside the other once.
+                    const int t = order.tile_index(n[0], n[1], n[2]);
+                    if (mine.empty() || mine.back() != t) mine.push_back(t);
+                }
             }
-            if (!exists) continue;
-            const int u = order.tile_index(c[0], c[1], c[2]);
-            if (u != t) tile.neighbours.push_back(u);
+    return beside;
+}
+
+void link_neighbours(const CellOrder& order, std::vector<Tile>& tiles) {
+    for (std::size_t t = 0; t < tiles.size(); ++t) tiles[t].neighbours = {static_cast<int>(t)};
+    for (int axis = 0; axis < 3; ++axis) {
+        const auto beside = tiles_beside(order, axis);
+        if (beside.empty()) continue;
+        for (Tile& tile : tiles) {
+            const std::vector<int> reached = tile.neighbours;
+            for (const int u : reached) tile.neighbours.insert(tile.neighbours.end(), beside[static_cast<std::size_t>(u)].begin(), beside[static_cast<std::size_t>(u)].end());
         }
-        std::sort(tile.neighbours.begin(), tile.neighbours.end());
-        tile.neighbours.erase(std::unique(tile.neighbours.begin(), tile.neighbours.end()), tile.neighbours.end());
+    }
+    for (std::size_t t = 0; t < tiles.size(); ++t) {
+        auto& all = tiles[t].neighbours;
+        std::sort(all.begin(), all.end());
+        all.erase(std::unique(all.begin(), all.end()), all.end());
+        std::erase(all, static_cast<int>(t));
     }
 }
 

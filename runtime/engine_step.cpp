@@ -180,10 +180,9 @@ namespace {
 void renew_graph(EngineState& s) {
     GraphShape shape;
     shape.talks = s.parallel() && s.halo.talks();
-    for (const core::Tile& t : s.sub.tiles) {
-        shape.neighbours.push_back(t.neighbours);
-        shape.sees_ghosts.push_back(!t.ghost_chunks.empty());
-    }
+    shape.tiles = s.sub.tiles.size();
+    for (int a = 0; a < 3; ++a) shape.beside[a] = core::tiles_beside(s.sub.order, a);
+    for (const core::Tile& t : s.sub.tiles) shape.sees_ghosts.push_back(!t.ghost_chunks.empty());
     for (int k = 0; k < s.halo.n_neighbours(); ++k) shape.tiles_of_send.push_back(s.halo.tiles_of(k));
     if (s.graph && s.graph->shape() == shape) return;
 

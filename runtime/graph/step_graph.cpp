@@ -1,5 +1,6 @@
 #include "runtime/graph/step_graph.hpp"
 
+#include <deque>
 #include <thread>
 
 #include <tbb/flow_graph.h>
@@ -12,6 +13,7 @@ namespace flow = tbb::flow;
 
 struct StepGraph::Nodes {
     using Node = flow::continue_node<flow::continue_msg>;
+    using Join = flow::continue_node<flow::continue_msg, flow::lightweight>; // runs where its last predecessor did
 
     Nodes(Workers& w, StepHooks h) : workers(w), hooks(std::move(h)) {}
 
@@ -23,8 +25,10 @@ struct StepGraph::Nodes {
     std::unique_ptr<flow::function_node<flow::continue_msg>> poll;
     std::unique_ptr<flow::broadcast_node<flow::continue_msg>> arrived;
     std::vector<std::unique_ptr<Node>> force, integrate, send;
+    std::vector<std::unique_ptr<Join>> joins;
     Milestone fired, ghosts_written;
     std::vector<Milestone> forces_done, integrated, sent;
+    std::deque<std::vector<Milestone>> joined; // along each axis but the last
 
     /// What a compute node does. `before` are the milestones of its predecessors: one for every edge.
     struct Task {
@@ -45,6 +49,39 @@ struct StepGraph::Nodes {
     };
     std::vector<std::unique_ptr<Task>> tasks;
 
+    /// What nodes of one kind, one a tile, hand on.
+    struct Layer {
+        std::vector<flow::sender<flow::continue_msg>*> nodes;
+        std::vector<Milestone>* done;
+    };
+    /// The predecessors of tile t in a layer: its own node, and those beside it.
+    static std::vector<std::size_t> among(std::size_t t, const std::vector<int>& beside) {
+        std::vector<std::size_t> all{t};
+        all.insert(all.end(), beside.begin(), beside.end());
+        return all;
+    }
+    static std::vector<Milestone*> milestones(const Layer& layer, const std::vector<std::size_t>& tiles) {
+        std::vector<Milestone*> all;
+        for (const std::size_t u : tiles) all.push_back(&(*layer.done)[u]);
+        return all;
+    }
+    /// A layer that joins what is beside along an axis.
+    Layer join(const Layer& layer, const std::vector<std::vector<int>>& beside) {
+        Layer next{{}, &joined.emplace_back(layer.nodes.size())};
+        for (std::size_t t = 0; t < layer.nodes.size(); ++t) {
+            const auto from = among(t, beside[t]);
+            auto body = [before = milestones(layer, from), mine = &(*next.done)[t]](flow::continue_msg) noexcept TALUS_TASK_BODY { pass_on(before, *mine); };
+            Join* node = joins.emplace_back(std::make_unique<Join>(*graph, std::move(body))).get();
+            for (const std::size_t u : from) flow::make_edge(*layer.nodes[u], *node);
+            next.nodes.push_back(node);
+        }
+        return next;
+    }
+    static void pass_on(const std::vector<Milestone*>& before, Milestone& mine) {
+        for (Milestone* m : before) m->after();
+        mine.done();
+    }
+
     void poll_once() {
         fired.after();
         if (hooks.halo_arrived()) {
@@ -62,9 +99,8 @@ struct StepGraph::Nodes {
 StepGraph::StepGraph(Workers& workers, GraphShape shape, StepHooks hooks) : shape_(std::move(shape)), nodes_(std::make_unique<Nodes>(workers, std::move(hooks))) {
     Nodes& n = *nodes_;
     const bool talks = shape_.talks;
-    const auto& neighbours = shape_.neighbours;
     const auto& tiles_of_send = shape_.tiles_of_send;
-    const std::size_t n_tiles = neighbours.size();
+    const std::size_t n_tiles = shape_.tiles;
     workers.arena().execute([&] {
         n.graph = std::make_unique<flow::graph>();
         n.start = std::make_unique<flow::broadcast_node<flow::continue_msg>>(*n.graph);
@@ -88,12 +124,20 @@ StepGraph::StepGraph(Workers& workers, GraphShape shape, StepHooks hooks) : shap
             n.force.push_back(node(Phase::force, static_cast<int>(t), n.hooks.force, {waits ? &n.ghosts_written : &n.fired}, n.forces_done[t]));
             flow::make_edge(waits ? *n.arrived : *n.start, *n.force.back());
         }
+        Nodes::Layer layer{{}, &n.forces_done};
+        for (const auto& f : n.force) layer.nodes.push_back(f.get());
+        std::vector<std::vector<int>> beside(n_tiles);
+        bool first = true;
+        for (const auto& axis : shape_.beside) {
+            if (axis.empty()) continue;
+            if (!first) layer = n.join(layer, beside);
+            beside = axis;
+            first = false;
+        }
         for (std::size_t t = 0; t < n_tiles; ++t) {
-            std::vector<Milestone*> before{&n.forces_done[t]};
-            for (const int u : neighbours[t]) before.push_back(&n.forces_done[static_cast<std::size_t>(u)]);
-            n.integrate.push_back(node(Phase::integrate, static_cast<int>(t), n.hooks.integrate, std::move(before), n.integrated[t]));
-            flow::make_edge(*n.force[t], *n.integrate[t]);
-            for (const int u : neighbours[t]) flow::make_edge(*n.force[static_cast<std::size_t>(u)], *n.integrate[t]);
+            const auto from = Nodes::among(t, beside[t]);
+            n.integrate.push_back(node(Phase::integrate, static_cast<int>(t), n.hooks.integrate, Nodes::milestones(layer, from), n.integrated[t]));
+            for (const std::size_t u : from) flow::make_edge(*layer.nodes[u], *n.integrate[t]);
         }
         for (std::size_t k = 0; k < tiles_of_send.size(); ++k) {
             std::vector<Milestone*> before;

@@ -6,7 +6,8 @@
 //            └─► halo_exchange (poll) ──► force(t) for tiles with ghosts ────┴─► integrate(t) ──► halo_exchange: send(k)
 //
 //   force(t)      writes the sums and histories of tile t only (border rows stand for grains of other tiles)
-//   integrate(t)  waits for force of t and of the tiles around it, collects their border rows, kicks, drifts
+//   integrate(t)  waits for force of t and of the tiles around it, collects their border rows, kicks, drifts. It waits along one axis
+//                 after the other: for three joins of three joins of three forces, nine edges a tile in place of 27
 //   send(k)       waits for the tiles that neighbour k sees; the message is taken in the next firing
 //   halo poll     tests for arrivals and puts itself back behind other work; never holds a worker. When all is there it
 //                 writes the ghosts, posts the next receives, and lets go the tiles that see ghosts
@@ -42,7 +43,10 @@ struct StepHooks {
 /// What the nodes and edges follow from. A rebuild that leaves it as it was keeps its graph.
 struct GraphShape {
     bool talks = false;                          // whether this rank has neighbours at all
-    std::vector<std::vector<int>> neighbours;    // of each tile
+    std::size_t tiles = 0;
+    // The tiles beside each along an axis. Neighbours are those that one step or none along every axis leads to; an axis along which no
+    // tile has another is empty.
+    std::vector<std::vector<int>> beside[3];
     std::vector<bool> sees_ghosts;               // each tile
     std::vector<std::vector<int>> tiles_of_send; // the tiles whose grains each neighbour sees
 

@@ -1,13 +1,15 @@
 // processors: 2
 // Workers and the task graph of a step: who works, and in which order nodes run.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <array>
 #include <atomic>
 #include <chrono>
 #include <set>
 #include <thread>
 
-#include "core/tile.hpp"
+#include "core/candidate_pairs.hpp"
 #include "runtime/graph/step_graph.hpp"
 #include "runtime/graph/workers.hpp"
 
@@ -27,9 +29,9 @@ std::vector<core::Tile> ring(int n, bool ghosts) {
 }
 
 GraphShape shape_of(const std::vector<core::Tile>& tiles, bool talks, std::vector<std::vector<int>> tiles_of_send) {
-    GraphShape shape{talks, {}, {}, std::move(tiles_of_send)};
+    GraphShape shape{talks, tiles.size(), {}, {}, std::move(tiles_of_send)};
     for (const core::Tile& t : tiles) {
-        shape.neighbours.push_back(t.neighbours);
+        shape.beside[1].push_back(t.neighbours);
         shape.sees_ghosts.push_back(!t.ghost_chunks.empty());
     }
     return shape;
@@ -90,6 +92,41 @@ TEST(Graph, every_node_runs_once_a_firing_and_after_what_it_waits_for_over_a_tho
             }
             watch.expect_all_fired(1000, talks);
         }
+}
+
+TEST(Graph, a_tile_in_a_grid_moves_after_the_forces_of_all_around_it_through_corners_and_wraps) {
+    for (const auto& [extent, wrap] : {std::pair{std::array{3, 4, 5}, false}, {std::array{3, 4, 5}, true}, {std::array{2, 1, 4}, true}, {std::array{1, 2, 2}, false}, {std::array{1, 1, 1}, true}}) {
+        SCOPED_TRACE(fmt::format("{} x {} x {}{}", extent[0], extent[1], extent[2], wrap ? ", wrapping" : ""));
+        core::CellGrid grid;
+        for (int a = 0; a < 3; ++a) {
+            grid.tiles[a] = grid.cells[a] = extent[a];
+            grid.wraps[a] = wrap;
+        }
+        const core::CellOrder order(grid);
+        // By looking at every pair of tiles.
+        const auto place = [&](int t) { return std::array{t / (extent[1] * extent[2]), t / extent[2] % extent[1], t % extent[2]}; };
+        std::vector<core::Tile> tiles(static_cast<std::size_t>(grid.n_tiles()));
+        for (int t = 0; t < grid.n_tiles(); ++t)
+            for (int u = 0; u < grid.n_tiles(); ++u) {
+                bool adjacent = t != u;
+                for (int a = 0; a < 3; ++a) {
+                    const int apart = std::abs(place(t)[a] - place(u)[a]);
+                    adjacent = adjacent && (apart <= 1 || (wrap && apart == extent[a] - 1));
+                }
+                if (adjacent) tiles[static_cast<std::size_t>(t)].neighbours.push_back(u);
+            }
+        std::vector<core::Tile> linked(tiles.size());
+        core::link_neighbours(order, linked);
+        for (std::size_t t = 0; t < tiles.size(); ++t) EXPECT_EQ(linked[t].neighbours, tiles[t].neighbours);
+
+        Workers workers(2);
+        Watch watch(tiles, {});
+        GraphShape shape{false, tiles.size(), {}, std::vector<bool>(tiles.size(), false), {}};
+        for (int a = 0; a < 3; ++a) shape.beside[a] = core::tiles_beside(order, a);
+        StepGraph graph(workers, std::move(shape), watch.hooks());
+        for (watch.firing = 0; watch.firing < 300; ++watch.firing) graph.fire();
+        watch.expect_all_fired(300, false);
+    }
 }
 
 TEST(Graph, one_tile_two_tiles_and_no_tile_at_all_are_fired_too) {
