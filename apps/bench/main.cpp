@@ -14,6 +14,7 @@
 #include "apps/bench/grains.hpp"
 #include "apps/bench/laws.hpp"
 #include "apps/bench/table.hpp"
+#include "apps/sandbox/process_memory.hpp"
 
 namespace {
 
@@ -68,6 +69,7 @@ bool start_benchmark(const CLI::App& app, char* program) {
 } // namespace
 
 int main(int argc, char** argv) {
+    talus::keep_large_blocks_apart();
     Options o;
     CLI::App app{"What a step of Talus costs; further options go to Google Benchmark (--benchmark_filter=..., --benchmark_format=json)."};
     add_options(app, o);

@@ -10,6 +10,7 @@
 #include "command_line.hpp"
 #include "config_keys.hpp"
 #include "failure.hpp"
+#include "process_memory.hpp"
 #include "run.hpp"
 #include "signals.hpp"
 #include "team.hpp"
@@ -59,6 +60,7 @@ int guarded_command(int argc, char** argv) {
 } // namespace
 
 int main(int argc, char** argv) {
+    talus::keep_large_blocks_apart();
     int level = MPI_THREAD_SINGLE;
     if (MPI_Init_thread(&argc, &argv, MPI_THREAD_SERIALIZED, &level) != MPI_SUCCESS) return kExitMpi;
     install_signal_handlers();
