@@ -45,7 +45,7 @@ inline Vec3<V> minimum_image(const Periods& p, const Vec3<V>& d) {
     return {one(d.x, 0), one(d.y, 1), one(d.z, 2)};
 }
 
-/// Of grains that stand so near together that no image is nearer: the same difference, to the bit, for a sixth of the work.
+/// Of grains that stand so near together that no image is nearer: the same difference, to the bit, without the search.
 struct NoPeriods {};
 template <class V>
 inline Vec3<V> minimum_image(NoPeriods, const Vec3<V>& d) {

@@ -27,7 +27,7 @@ TALUS_FLATTEN void pair_forces(const ForceContext& context, const TileForces& ti
         }
     };
 
-    // Of most tiles no pair is nearer across a period; they are spared the search for images.
+    // Where no pair of a tile can be nearer across a period, the search for images is left out.
     const bool has_images = grains.spans_images(periods);
     const auto for_images = [&](auto use) { has_images ? use(periods) : use(NoPeriods{}); };
 

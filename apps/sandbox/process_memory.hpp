@@ -10,7 +10,7 @@
 namespace talus {
 
 /// Blocks from 128 KiB on come straight from the system and go back to it. glibc starts so, but raises the limit with the largest block it
-/// was ever given back, and from then on lists of tiles leave holes in one heap: an eighth of what a run holds at its peak.
+/// was ever given back, and from then on lists of tiles leave holes in one heap.
 /// Before the first large block; a setting of the environment (MALLOC_MMAP_THRESHOLD_) goes before.
 inline void keep_large_blocks_apart() {
 #ifdef __GLIBC__
