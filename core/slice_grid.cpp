@@ -21,17 +21,20 @@ SliceGrid::SliceGrid(const Domain& domain, const std::array<int, 3>& grid) : gri
         for (int copy = 0; copy < copies; ++copy)
             for (int k = 1; k < n; ++k) cuts_[axis].push_back(domain.lo[axis] + domain.length(axis) * k / n);
     };
-    equal(0, 1);
-    equal(2, grid_[0]);
-    equal(1, grid_[0] * grid_[2]);
+    for (int axis = 0; axis < 3; ++axis) equal(axis, n_groups(axis));
+}
+
+int SliceGrid::group(int axis, const double* p) const {
+    if (axis == 0) return 0;
+    const int nx = grid_[0], nz = grid_[2];
+    const int ix = slice_of(cuts_[0].data(), nx - 1, p[0]);
+    if (axis == 2) return ix;
+    return ix * nz + slice_of(cuts_[2].data() + static_cast<std::size_t>(ix) * (nz - 1), nz - 1, p[2]);
 }
 
 int SliceGrid::owner(const double* p) const {
-    const int nx = grid_[0], ny = grid_[1], nz = grid_[2];
-    const int ix = slice_of(cuts_[0].data(), nx - 1, p[0]);
-    const int iz = slice_of(cuts_[2].data() + static_cast<std::size_t>(ix) * (nz - 1), nz - 1, p[2]);
-    const int iy = slice_of(cuts_[1].data() + static_cast<std::size_t>(ix * nz + iz) * (ny - 1), ny - 1, p[1]);
-    return rank_at(ix, iy, iz);
+    const int ny = grid_[1], column = group(1, p);
+    return column * ny + slice_of(cuts_[1].data() + static_cast<std::size_t>(column) * (ny - 1), ny - 1, p[1]);
 }
 
 Box SliceGrid::box(int rank) const {
@@ -67,27 +70,6 @@ std::array<int, 3> choose_rank_grid(int n_ranks, const double (&lengths)[3], con
         }
     }
     return best;
-}
-
-void cut_histogram(const std::int64_t* cost, int n, double lo, double hi, int parts, double least, double* out) {
-    std::int64_t total = 0;
-    for (int k = 0; k < n; ++k) total += cost[k];
-    const double width = (hi - lo) / n;
-    int bin = 0;
-    std::int64_t below = 0; // cost of bins before `bin`
-    for (int p = 1; p < parts; ++p) {
-        if (total == 0) {
-            out[p - 1] = lo + (hi - lo) * p / parts;
-        } else {
-            const double target = static_cast<double>(total) * p / parts;
-            while (bin < n - 1 && static_cast<double>(below + cost[bin]) < target) below += cost[bin++];
-            const double share = cost[bin] > 0 ? (target - static_cast<double>(below)) / static_cast<double>(cost[bin]) : 0.5;
-            out[p - 1] = lo + width * (bin + std::clamp(share, 0.0, 1.0));
-        }
-    }
-    // Keep every part wide enough: push up from below, then down from above.
-    for (int p = 1; p < parts; ++p) out[p - 1] = std::max(out[p - 1], (p == 1 ? lo : out[p - 2]) + least);
-    for (int p = parts - 1; p >= 1; --p) out[p - 1] = std::min(out[p - 1], (p == parts - 1 ? hi : out[p]) - least);
 }
 
 } // namespace talus::core

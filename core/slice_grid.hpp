@@ -3,7 +3,6 @@
 #pragma once
 
 #include <array>
-#include <cstdint>
 #include <vector>
 
 #include "core/domain.hpp"
@@ -26,7 +25,11 @@ public:
     /// The owner of a position; positions beyond the outer ends belong to the end slices.
     int owner(const double* position) const;
     Box box(int rank) const;
-    /// Cuts along an axis inside the domain: x: [grid_x - 1]; z: [grid_x][grid_z - 1]; y: [grid_x][grid_z][grid_y - 1].
+    /// Parts that are cut on their own along an axis: the domain along x, each slab along z, each column of a slab along y.
+    int n_groups(int axis) const { return axis == 0 ? 1 : axis == 2 ? grid_[0] : grid_[0] * grid_[2]; }
+    /// The group that a position belongs to; it depends on the cuts of the axes before (x, z, y) only.
+    int group(int axis, const double* position) const;
+    /// Cuts along an axis inside the domain, [n_groups(axis)][grid()[axis] - 1].
     std::vector<double>& cuts(int axis) { return cuts_[axis]; }
     const std::vector<double>& cuts(int axis) const { return cuts_[axis]; }
 
@@ -40,9 +43,5 @@ private:
 /// Factors of n_ranks along x, y, z for which the subdomains of a box have least surface; axes given (> 0) are kept.
 /// @return {0, 0, 0} if the given axes do not divide n_ranks
 std::array<int, 3> choose_rank_grid(int n_ranks, const double (&lengths)[3], const std::array<int, 3>& given);
-
-/// Cuts that split a cost histogram into equal parts. @param cost [n] of equal bins over [lo, hi] @param parts > 0
-/// @param least width that every part keeps [m] @param out parts - 1 cuts
-void cut_histogram(const std::int64_t* cost, int n, double lo, double hi, int parts, double least, double* out);
 
 } // namespace talus::core

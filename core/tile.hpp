@@ -95,6 +95,7 @@ struct Tile {
     std::vector<int> watched_chunks;    // chunks that lie near, with ghosts here or not: their displacements count for the skin
     double wall_clearance[kMaxWalls];   // m, how far a listed-out grain may come towards each wall
     bool finite = true;
+    double seconds = 0.0;               // that its force and integration took since the lists were built
 
     /// Empty lists, for histories of so many doubles.
     void start_lists(std::size_t n_walls, int history_doubles) {

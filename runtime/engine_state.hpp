@@ -12,6 +12,7 @@
 #include "core/contact_probe.hpp"
 #include "core/error.hpp"
 #include "core/integrate.hpp"
+#include "core/balance.hpp"
 #include "core/skin_choice.hpp"
 #include "core/slice_grid.hpp"
 #include "runtime/comm/communicator.hpp"
@@ -49,7 +50,6 @@ private:
 
 struct Counters {
     std::int64_t rebuilds = 0, rebalances = 0, migrations = 0;
-    double busy_at_rebuild = 0.0; // s
     double imbalance = 1.0;       // max/mean of busy time over the last list's life
 };
 
@@ -70,6 +70,22 @@ struct ListWatch {
     core::SkinModel known;          // as of the last lists that were agreed on
 };
 
+/// What the work of a rank takes, and what is agreed about sharing it out.
+struct LoadWatch {
+    // Of this rank.
+    double busy_before = 0.0;   // s of all workers and phases when the lists were built
+    double grain_seconds = 0.0; // that a grain takes of a step, smoothed over lists; 0: not known
+    double move_seconds = 0.0;  // that this rank's part of the last move of cuts took; 0: told already
+    double rebuild_seconds = 0.0;
+    // The same on every rank.
+    core::BalanceLedger ledger;
+    double mean = 0.0;          // s that a rank works in a step, as of the last lists; 0: not known
+    std::int64_t rebuilds = 0;  // since cuts were last looked at, by a policy that counts them
+
+    /// Seconds that a rank with so many threads has worked since the lists were built.
+    double busy_since(const Workers& w) const { return (w.busy() - busy_before) / w.threads(); }
+};
+
 struct EngineState {
     EngineState(const Settings& settings, std::unique_ptr<Communicator> communicator)
         : comm(std::move(communicator)), halo(*comm), workers(settings.threads),
@@ -86,6 +102,7 @@ struct EngineState {
     ErrorSlot errors;
     Counters counters;
     ListWatch watch;
+    LoadWatch load;
 
     // One firing of the step graph: what its nodes read.
     core::ForceContext force;

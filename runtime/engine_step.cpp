@@ -17,7 +17,7 @@ struct Engine::Verdict {
 };
 
 namespace {
-enum Reduced : int { kSeverity, kSkinUse, kStop, kMinusLow, kHigh = kMinusLow + 3, kReduced = kHigh + 3 };
+enum Reduced : int { kSeverity, kSkinUse, kStop, kBusiest, kMinusIdlest, kRebuild, kMinusLow, kHigh = kMinusLow + 3, kReduced = kHigh + 3 };
 } // namespace
 
 std::vector<double> Engine::local_verdict() {
@@ -30,6 +30,10 @@ std::vector<double> Engine::local_verdict() {
     v[kSeverity] = s.errors.severity();
     v[kSkinUse] = use.foreseen;
     v[kStop] = stop_requested_.load(std::memory_order_relaxed) ? 1.0 : 0.0;
+    const LoadOpinion load = load_opinion(s, verdict_step_ - s.watch.built_step);
+    v[kBusiest] = load.busy;
+    v[kMinusIdlest] = -load.busy;
+    v[kRebuild] = load.rebuild;
     for (int a = 0; a < 3; ++a) {
         v[kMinusLow + a] = use.all.empty() ? -HUGE_VAL : -std::min(use.all.lo[a], use.all.foreseen_lo[a]);
         v[kHigh + a] = use.all.empty() ? -HUGE_VAL : std::max(use.all.hi[a], use.all.foreseen_hi[a]);
@@ -48,7 +52,9 @@ Engine::Verdict Engine::agree_on_step(const std::vector<double>& reduced) {
         apart += std::isfinite(width) ? width * width : 0.0;
     }
     const double reach = state_->model.reach();
-    const bool outlived = watch_lists(*state_, verdict_step_ - state_->watch.built_step, reduced[kSkinUse], std::sqrt(apart));
+    const std::int64_t served = verdict_step_ - state_->watch.built_step;
+    const bool outlived = watch_lists(*state_, served, reduced[kSkinUse], std::sqrt(apart)) ||
+                          (reduced[kBusiest] > 0.0 && outlived_balance(*state_, served, reduced[kBusiest], -reduced[kMinusIdlest], reduced[kRebuild]));
     v.rebuild = !(reduced[kSkinUse] < 1.0) || !(apart < reach * reach) || outlived;
     v.stop = reduced[kStop] > 0.0;
     return v;
@@ -192,6 +198,7 @@ void renew_graph(EngineState& s) {
         force_tile(s, t);
     };
     hooks.integrate = [&s](int t) { integrate_tile(s, t); };
+    hooks.worked = [&s](int t, double seconds) { s.sub.tiles[t].seconds += seconds; };
     const auto guarded = [&s](auto body) {
         try {
             body();
@@ -224,8 +231,8 @@ void renew_graph(EngineState& s) {
 void rebuild(EngineState& s, bool first, bool keep_sums) {
     const auto from = Workers::Clock::now();
     empty_tiles(s, keep_sums);
-    const double busy = s.workers.busy() - s.counters.busy_at_rebuild;
-    rebalance(s, first, busy, choose_skin(s, busy));
+    choose_skin(s);
+    rebalance(s, first);
     agree(*s.comm, [&] { bin_grains(s); });
     s.workers.timed(Phase::halo_exchange, 0, [&] { s.halo.build(s.slices, s.model.settings.domain, s.model.reach(), s.sub); });
     agree(*s.comm, [&] {
@@ -236,10 +243,10 @@ void rebuild(EngineState& s, bool first, bool keep_sums) {
     ++s.counters.rebuilds;
     // Lists of a new size leave holes, the first ones above all; and the system gives pages slowly, so not every time.
     if (std::has_single_bit(static_cast<std::uint64_t>(s.counters.rebuilds))) return_free_memory();
-    s.counters.busy_at_rebuild = s.workers.busy();
     renew_graph(s);
-    // Threads that have nothing to do in a rebuild cannot do anything else.
-    begin_watch(s, s.workers.threads() * std::chrono::duration<double>(Workers::Clock::now() - from).count());
+    const double seconds = std::chrono::duration<double>(Workers::Clock::now() - from).count();
+    begin_watch(s, s.workers.threads() * seconds); // threads that have nothing to do in a rebuild cannot do anything else
+    begin_load(s, seconds);
 }
 
 void refresh_contexts(EngineState& s) {

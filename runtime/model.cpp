@@ -11,7 +11,7 @@ std::array<std::uint64_t, kModelParts.size()> fingerprints(const Model& m) {
     // Field by field: the bytes between fields are nobody's.
     std::array<Packer, kModelParts.size()> part;
     const auto put = [](Packer& p, const auto&... fields) { (p.put(fields), ...); };
-    put(part[0], s.domain.lo, s.domain.hi, s.domain.periodic, s.gravity, s.time_step, s.time_step_limit, s.skin, s.radius_max, s.rebalance, s.rank_grid, s.energy_ledger, s.seed);
+    put(part[0], s.domain.lo, s.domain.hi, s.domain.periodic, s.gravity, s.time_step, s.time_step_limit, s.skin, s.radius_max, s.rebalance, s.rebalance_interval, s.rank_grid, s.energy_ledger, s.seed);
     const core::Laws& l = s.laws;
     put(part[1], l.normal, l.damping, l.tangential, l.rolling, l.rolling_radius, l.tangential_damping, l.rolling_rate, l.rolling_damping, l.stiffness_n, l.stiffness_t);
     for (const core::Material& a : m.materials) put(part[2], a.young, a.poisson, a.density, a.rigid);

@@ -60,6 +60,7 @@ std::string settings_faults(const Settings& s, int n_ranks) {
     if (!(s.radius_max >= 0.0) || !std::isfinite(s.radius_max)) f.add("radius_max = {}: must be >= 0 [m]; 0 takes the largest grain at the first step", s.radius_max);
     if (s.tile_grains < 0) f.add("tile_grains = {}: must be >= 0; 0 chooses", s.tile_grains);
     if (static_cast<int>(s.rebalance) < 0 || static_cast<int>(s.rebalance) > 3) f.add("rebalance = {}: not one of 0..3", static_cast<int>(s.rebalance));
+    if (s.rebalance_interval < 1) f.add("rebalance_interval = {}: must be >= 1, a number of rebuilds", s.rebalance_interval);
     std::string text = f.take();
     if (text.empty()) {
         const double lengths[3] = {s.domain.length(0), s.domain.length(1), s.domain.length(2)};

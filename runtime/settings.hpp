@@ -23,6 +23,7 @@ struct Settings {
     double radius_max = 0.0;
     int tile_grains = 0;
     Rebalance rebalance = Rebalance::automatic;
+    int rebalance_interval = 1; // rebuilds, of every and random
     std::array<int, 3> rank_grid{0, 0, 0};
     bool energy_ledger = false;
     std::uint64_t seed = 1;

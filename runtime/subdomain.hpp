@@ -50,6 +50,10 @@ struct Subdomain {
         core::LocalIndex kept = 0;
         for (core::LocalIndex i = 0; i < n_owned; ++i) {
             if (!keep(i)) continue;
+            if (kept == i) { // most that stay have not moved yet
+                ++kept;
+                continue;
+            }
             particles[kept] = particles[i];
             references[kept] = references[i];
             if (keeps_sums) sums[kept] = sums[i];

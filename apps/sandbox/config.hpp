@@ -119,6 +119,7 @@ struct Config {
         double skin = 0;
         std::int64_t tile_grains = 0;
         std::int32_t rebalance = TALUS_REBALANCE_AUTO;
+        std::int64_t rebalance_interval = 1;
         std::array<std::int64_t, 3> rank_grid{0, 0, 0};
         bool energy_ledger = false;
     } engine;

@@ -169,6 +169,8 @@ std::vector<Key> other_keys() {
         {"engine", "rebalance", "", "moving of subdomain cuts; changes no bits", TALUS_SLOT(engine.rebalance), kAny, {},
          {{"auto", TALUS_REBALANCE_AUTO}, {"off", TALUS_REBALANCE_OFF}, {"every", TALUS_REBALANCE_EVERY},
           {"random", TALUS_REBALANCE_RANDOM}}},
+        {"engine", "rebalance_interval", "1", "rebuilds between two moves of cuts, with rebalance = \"every\" or \"random\"",
+         TALUS_SLOT(engine.rebalance_interval), {1, 1e9}},
         {"engine", "rank_grid", "1", "subdomains along x, y, z, 0: chosen; changes no bits", TALUS_SLOT(engine.rank_grid),
          {0, 1e6}},
         {"engine", "energy_ledger", "", "account dissipated energy every step, and write energy.csv",

@@ -51,6 +51,7 @@ talus_settings settings_of(const Config& config, const Plan& plan, std::int32_t 
     settings.radius_max = plan.radius_max;
     settings.tile_grains = static_cast<std::int32_t>(config.engine.tile_grains);
     settings.rebalance = config.engine.rebalance;
+    settings.rebalance_interval = static_cast<std::int32_t>(config.engine.rebalance_interval);
     settings.energy_ledger = config.engine.energy_ledger ? 1 : 0;
     settings.seed = static_cast<std::uint64_t>(config.run.seed);
     settings.laws = plan.has_bed_file ? laws_of(config) : settling_laws_of(config);

@@ -25,6 +25,24 @@ Json phases_json(const Engine& engine) {
     return json;
 }
 
+// What each rank holds and sends, with the lists at the end of the run.
+Json ranks_json(const Engine& engine, std::int32_t n) {
+    std::vector<talus_rank> ranks(static_cast<std::size_t>(n));
+    Json json = Json::array();
+    if (talus_engine_ranks(engine.get(), &n, ranks.data()) != TALUS_OK) return json;
+    for (const talus_rank& r : ranks)
+        json.push_back({{"rank", r.rank},
+                        {"lo", r.lo},
+                        {"hi", r.hi},
+                        {"particles", r.particles},
+                        {"ghosts", r.ghosts},
+                        {"tiles", r.tiles},
+                        {"halo_messages", r.halo_messages},
+                        {"halo_bytes", r.halo_bytes},
+                        {"busy_seconds_per_step", r.busy}});
+    return json;
+}
+
 Json stages_json(const std::vector<StageRecord>& stages, std::int64_t particles) {
     Json json = Json::array();
     for (const StageRecord& stage : stages) {
@@ -103,6 +121,8 @@ std::string summary_text(const Scene& scene, const Config& config, const Plan& p
         json["sliding_contacts"] = state.sliding_contacts;
         json["bytes_per_particle"] = state.bytes_per_particle;
         json["imbalance"] = state.imbalance;
+        json["halo"] = {{"messages_per_step", state.halo_messages}, {"bytes_per_step", state.halo_bytes}};
+        json["subdomains"] = ranks_json(scene.engine, state.ranks);
         json["skin"] = state.skin;
         json["kinetic_energy"] = state.kinetic_energy;
         json["max_overlap"] = state.max_overlap;

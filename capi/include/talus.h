@@ -85,9 +85,9 @@ TALUS_API const char *talus_build_info(void);
 #define TALUS_ROLLING_RADIUS_OWN 1       /* each grain's own radius; type A only */
 /* Rebalancing of subdomains at list rebuilds; changes no bits. */
 #define TALUS_REBALANCE_OFF 0
-#define TALUS_REBALANCE_AUTO 1   /* when the measured imbalance is above a tenth */
-#define TALUS_REBALANCE_EVERY 2  /* at every rebuild */
-#define TALUS_REBALANCE_RANDOM 3 /* random cuts at every rebuild (for tests) */
+#define TALUS_REBALANCE_AUTO 1   /* when imbalance has cost more than moving the cuts does */
+#define TALUS_REBALANCE_EVERY 2  /* at every rebuild, or every settings.rebalance_interval of them */
+#define TALUS_REBALANCE_RANDOM 3 /* random cuts, as often (for tests) */
 
 typedef struct talus_laws {
     uint32_t struct_size;
@@ -126,6 +126,8 @@ typedef struct talus_settings {
     int32_t energy_ledger;   /* 1: account dissipated energy every step (costs a tenth); default 0 */
     uint64_t seed;           /* random numbers of this engine (packing, random cuts); default 1 */
     talus_laws laws;
+    int32_t rebalance_interval; /* >= 1: rebuilds between two moves of cuts with REBALANCE_EVERY and _RANDOM; default 1 */
+    int32_t reserved;
 } talus_settings;
 
 /** Fill with the defaults named above. [local] */
@@ -314,11 +316,28 @@ typedef struct talus_state {
     double unbalanced_force;  /* [1] mean |net force| / mean |contact force|; 0 without contacts */
     double max_overlap;       /* [1] largest overlap / smaller radius among contacts of grains */
     uint64_t digest_lo, digest_hi; /* order-free 128-bit digest of the whole state */
+    int64_t halo_messages;    /* that all ranks together send in a step, with the present lists */
+    int64_t halo_bytes;       /* ... and their bytes */
 } talus_state;
 
 TALUS_API talus_status talus_state_init(talus_state *out_state);
 /** Everything above, agreed over ranks. Costs about a force evaluation. [collective] */
 TALUS_API talus_status talus_engine_state(talus_engine *engine, talus_state *out_state);
+
+typedef struct talus_rank {
+    uint32_t struct_size;
+    int32_t rank;
+    double lo[3], hi[3];    /* [m] its subdomain; outer ones end with the domain */
+    int64_t particles, ghosts;
+    int64_t halo_messages;  /* that it sends in a step */
+    int64_t halo_bytes;     /* ... and their bytes */
+    int32_t tiles;
+    int32_t threads;
+    double busy;            /* [s] of each of its threads in a step, in the mean since the lists were built; 0 before the first step */
+} talus_rank;
+/** What each rank holds, sends and takes, the same on every rank; writes every field of out_ranks, struct_size too.
+ *  @param io_count capacity in, ranks out @return ARGUMENT if the capacity is too small (*io_count is then written) [collective] */
+TALUS_API talus_status talus_engine_ranks(talus_engine *engine, int32_t *io_count, talus_rank *out_ranks);
 
 typedef struct talus_energy {
     uint32_t struct_size;

@@ -61,6 +61,8 @@ talus_status talus_engine_state(talus_engine* engine, talus_state* out_state) {
         t.imbalance = s.counters.imbalance;
         t.skin = s.model.skin();
         t.bytes_per_particle = s.comm->max(share_of_bytes(s));
+        t.halo_messages = s.comm->sum(static_cast<std::int64_t>(s.halo.n_neighbours()));
+        t.halo_bytes = s.comm->sum(s.halo.bytes_per_step());
         // Counts are all that a poisoned or empty engine can tell.
         if (!e.poisoned() && s.model.n_particles > 0) {
             e.prepare();
@@ -77,6 +79,40 @@ talus_status talus_engine_state(talus_engine* engine, talus_state* out_state) {
             t.digest_hi = d.hi;
         }
         write_struct(out_state, "out_state", t);
+    });
+}
+
+talus_status talus_engine_ranks(talus_engine* engine, int32_t* io_count, talus_rank* out_ranks) {
+    return with_engine(engine, [&](runtime::Engine& e) {
+        runtime::EngineState& s = e.state();
+        const int32_t n = s.comm->size();
+        runtime::agree(*s.comm, [&] {
+            require(io_count, "io_count");
+            require(out_ranks, "out_ranks");
+            if (*io_count < n) {
+                const int32_t given = *io_count;
+                *io_count = n;
+                core::fail(core::ErrorKind::argument, "*io_count = {}: there are {} ranks", given, n);
+            }
+        });
+        talus_rank mine{};
+        mine.struct_size = sizeof mine;
+        mine.rank = s.comm->rank();
+        const core::Box box = s.slices.box(mine.rank);
+        for (int a = 0; a < 3; ++a) {
+            mine.lo[a] = std::max(box.lo[a], s.model.settings.domain.lo[a]);
+            mine.hi[a] = std::min(box.hi[a], s.model.settings.domain.hi[a]);
+        }
+        mine.particles = s.sub.n_owned;
+        mine.ghosts = s.sub.n_ghosts();
+        mine.halo_messages = s.halo.n_neighbours();
+        mine.halo_bytes = s.halo.bytes_per_step();
+        mine.tiles = static_cast<int32_t>(s.sub.tiles.size());
+        mine.threads = s.workers.threads();
+        const auto steps = static_cast<double>(s.model.step - s.watch.built_step);
+        mine.busy = steps > 0.0 ? s.load.busy_since(s.workers) / steps : 0.0;
+        s.comm->gather_all(&mine, sizeof mine, out_ranks);
+        *io_count = n;
     });
 }
 

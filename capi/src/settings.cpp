@@ -49,6 +49,7 @@ talus_settings default_settings() {
     s.time_step = nan;
     s.time_step_limit = d.time_step_limit;
     s.rebalance = static_cast<int32_t>(d.rebalance);
+    s.rebalance_interval = d.rebalance_interval;
     s.seed = d.seed;
     s.laws = default_laws();
     return s;
@@ -74,6 +75,7 @@ runtime::Settings to_settings(const talus_settings* from) {
     s.radius_max = c.radius_max;
     s.tile_grains = c.tile_grains;
     s.rebalance = static_cast<runtime::Rebalance>(c.rebalance);
+    s.rebalance_interval = c.rebalance_interval;
     s.energy_ledger = c.energy_ledger != 0;
     s.seed = c.seed;
     s.laws = to_laws(c.laws);

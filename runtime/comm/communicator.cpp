@@ -142,6 +142,13 @@ std::vector<Bytes> Communicator::gather(const Bytes& mine) {
     return all;
 }
 
+void Communicator::gather_all(const void* mine, std::size_t bytes, void* all) {
+    if (size_ == 1)
+        std::memcpy(all, mine, bytes);
+    else
+        check_mpi(MPI_Allgather(mine, static_cast<int>(bytes), MPI_BYTE, all, static_cast<int>(bytes), MPI_BYTE, handle_->comm), "MPI_Allgather");
+}
+
 void Communicator::start_max(std::vector<double> v) {
     pending_in_ = std::move(v);
     pending_out_ = pending_in_;

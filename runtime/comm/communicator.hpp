@@ -53,6 +53,9 @@ public:
     /// Gather bytes of every rank on rank 0, in rank order; empty elsewhere.
     std::vector<Bytes> gather(const Bytes& mine);
 
+    /// So many bytes of every rank, in rank order, on all of them. @param all  [size() * bytes]
+    void gather_all(const void* mine, std::size_t bytes, void* all);
+
     /// A non-blocking max-reduction of doubles, one at a time: start, then finish (which waits). Numbers only.
     void start_max(std::vector<double> v);
     std::vector<double> finish_max();

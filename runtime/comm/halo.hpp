@@ -42,6 +42,7 @@ public:
     /// Wait for what is under way, both ways; nothing is written.
     void drain();
 
+    /// That this rank sends in a step.
     std::int64_t bytes_per_step() const;
 
 private:

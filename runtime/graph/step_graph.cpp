@@ -38,12 +38,14 @@ struct StepGraph::Nodes {
         std::function<void(int)>& body;
         std::vector<Milestone*> before;
         Milestone& mine;
+        bool of_tile;
         Milestone made;
 
         void run() {
             made.after();
             for (Milestone* m : before) m->after();
-            nodes.workers.timed(phase, item, [&] { body(item); });
+            const double seconds = nodes.workers.timed(phase, item, [&] { body(item); });
+            if (of_tile && nodes.hooks.worked) nodes.hooks.worked(item, seconds);
             mine.done();
         }
     };
@@ -107,7 +109,7 @@ StepGraph::StepGraph(Workers& workers, GraphShape shape, StepHooks hooks) : shap
         // Priorities cost a little in the scheduler; without messages there is nothing to go before.
         const flow::node_priority_t priority = talks ? 1 : flow::no_priority;
         const auto node = [&](Phase phase, int item, std::function<void(int)>& body, std::vector<Milestone*> before, Milestone& mine) {
-            Nodes::Task* task = n.tasks.emplace_back(new Nodes::Task{n, phase, item, body, std::move(before), mine, {}}).get();
+            Nodes::Task* task = n.tasks.emplace_back(new Nodes::Task{n, phase, item, body, std::move(before), mine, phase != Phase::halo_exchange, {}}).get();
             task->made.done();
             return std::make_unique<Nodes::Node>(*n.graph, [task](flow::continue_msg) TALUS_TASK_BODY { task->run(); }, priority);
         };

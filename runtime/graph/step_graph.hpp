@@ -35,6 +35,7 @@ namespace talus::runtime {
 struct StepHooks {
     std::function<void(int tile)> force;
     std::function<void(int tile)> integrate;
+    std::function<void(int tile, double seconds)> worked; // what one of these two took; may be empty
     std::function<void(int neighbour)> send;
     std::function<bool()> halo_arrived; // true when nothing is awaited any more
     std::function<void()> halo_take;    // write ghosts, post the next receives

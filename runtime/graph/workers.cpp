@@ -44,15 +44,17 @@ void Workers::set_float_mode() {
     if ((_mm_getcsr() & ~0x3fu) != kDefaultMxcsr) _mm_setcsr(kDefaultMxcsr);
 }
 
-void Workers::note(Phase phase, int item, Clock::time_point from, Clock::time_point to) {
+double Workers::note(Phase phase, int item, Clock::time_point from, Clock::time_point to) {
     // Bodies outside the arena (the calling thread between graphs) have no index: the last record is theirs.
     const int index = current();
     Record& r = records_[index >= 0 && index < threads_ ? index : threads_];
     auto& total = r.totals[static_cast<int>(phase)];
-    total.seconds += std::chrono::duration<double>(to - from).count();
+    const double seconds = std::chrono::duration<double>(to - from).count();
+    total.seconds += seconds;
     ++total.calls;
     r.seen.store(true, std::memory_order_relaxed);
     if (tracing_) r.events.push_back({phase, item, from, to});
+    return seconds;
 }
 
 int Workers::observed() const {

@@ -48,13 +48,13 @@ public:
         arena_.execute([&] { tbb::parallel_for(0, n, [&loop](int i) TALUS_TASK_BODY { loop.run(i); }, tbb::simple_partitioner{}); });
         loop.end.after();
     }
-    /// Run and time a body on the calling worker. `item` shows in the trace.
+    /// Run and time a body on the calling worker. `item` shows in the trace. @return seconds
     template <class Body>
-    void timed(Phase phase, int item, Body body) {
+    double timed(Phase phase, int item, Body body) {
         set_float_mode();
         const auto from = Clock::now();
         body();
-        note(phase, item, from, Clock::now());
+        return note(phase, item, from, Clock::now());
     }
 
     struct PhaseTotal {
@@ -98,7 +98,7 @@ private:
 
     /// Round to nearest, denormals kept: a host may have changed its threads' modes.
     static void set_float_mode();
-    void note(Phase phase, int item, Clock::time_point from, Clock::time_point to);
+    double note(Phase phase, int item, Clock::time_point from, Clock::time_point to);
 
     int threads_;
     tbb::task_arena arena_;

@@ -7,7 +7,7 @@
 //   force          grains, ghosts, lists                  sums, histories of one tile            -
 //   integrate      sums, neighbours' border rows          grains, sums of one tile               -
 //   skin           counts, times and use of the lists     the skin of the next ones              all
-//   rebalance      grains, busy times                     cuts; which rank owns which grain      all
+//   rebalance      grains, seconds of tiles               cuts; which rank owns which grain      all
 //   observe        everything                             nothing                                all
 //
 // A rebuild is: give up the tiles, choose the skin, rebalance (cuts, migrate), binning, halo build, pair build with inheritance.
@@ -29,11 +29,21 @@ void begin_watch(EngineState& s, double rebuild_seconds);
 void end_watch(EngineState& s);
 /// The arguments must be the same on all ranks. @return whether it is time for a better skin [local]
 bool watch_lists(EngineState& s, std::int64_t steps, double skin_use, double apart);
-/// Choose the skin of the coming lists, if it is automatic. @param busy  seconds of this rank since the last rebuild
-/// @return their mean over ranks, from the same reduction [collective]
-double choose_skin(EngineState& s, double busy);
-/// Move cuts if the policy says so, and bring every grain to its owner with its contacts. [collective]
-void rebalance(EngineState& s, bool first, double busy, double mean_busy);
+/// Choose the skin of the coming lists, if it is automatic. [collective]
+void choose_skin(EngineState& s);
+/// Move cuts if the policy says so, and migrate. @param first  there are no cuts that follow the grains yet [collective]
+void rebalance(EngineState& s, bool first);
+/// Notes on the work of this rank from here on. @param rebuild_seconds  that the rebuild took [local]
+void begin_load(EngineState& s, double rebuild_seconds);
+/// What a rank has to say on whether lists that have served so many steps hold up a better balance; 0 most of the time. [local]
+struct LoadOpinion {
+    double busy = 0.0, rebuild = 0.0; // s since the lists were built; s a rebuild takes
+};
+LoadOpinion load_opinion(const EngineState& s, std::int64_t steps);
+/// Whether lists are to be rebuilt so that cuts can move. The arguments are the extremes over ranks. [local]
+bool outlived_balance(const EngineState& s, std::int64_t steps, double busiest, double idlest, double rebuild_seconds);
+/// Bring every grain to its owner with all that stands beside it. [collective]
+void migrate(EngineState& s);
 /// Order the owned grains by tile, cell and label; give tiles their ranges. Fails on grains outside the domain. [local]
 void bin_grains(EngineState& s);
 /// Candidate lists, borders and inherited histories of all tiles (the paper's Fig. 8). [local]

@@ -1,24 +1,29 @@
-// rebalance: cuts of the slice grid from cost histograms, and the migration of grains to their owners.
+// rebalance: what the work of a rank takes, and cuts of the slice grid that share it out (core/balance.hpp).
+//
+// A grain costs what a grain of its old tile took: the tile's measured seconds, scaled to the rank's busy time a grain and step, which is
+// smoothed over lists, since a short list's time is noisy. So a rank on a slow processor has dear grains and gets fewer of them.
+// Measured times decide who works; they never reach the trajectory.
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
 #include "core/philox.hpp"
-#include "runtime/comm/packing_buffer.hpp"
 #include "runtime/phase/phases.hpp"
 
 namespace talus::runtime {
 
 using core::LocalIndex;
-using core::Particle;
 
 namespace {
 
-constexpr int kBins = 1024;               // of a cost histogram
-constexpr double kTolerance = 1.1;        // automatic: imbalance that is not worth a move
-constexpr std::int64_t kCostUnits = 1024; // cost of a grain of mean cost
+constexpr double kMemory = 50.0;          // steps of lists that the smoothed time of a grain rests on
+constexpr double kUnit = 1e-12;           // s, of costs in sums
+constexpr double kDearest = 8.0;          // times the rank's mean that a grain of a tile may cost: a tile of few grains was timed badly
+constexpr std::int64_t kFirstLook = 64;   // steps after which lists may be given up for balance, and at every doubling of them
+constexpr int kBlock = 4096;              // grains a task
 
 /// The box of all grains, the same on every rank.
-void global_extent(EngineState& s, double (&lo)[3], double (&hi)[3]) {
+core::Box global_extent(EngineState& s) {
     std::vector<double> v(6, -HUGE_VAL);
     for (LocalIndex i = 0; i < s.sub.n_owned; ++i)
         for (int a = 0; a < 3; ++a) {
@@ -27,129 +32,152 @@ void global_extent(EngineState& s, double (&lo)[3], double (&hi)[3]) {
         }
     s.comm->max(v);
     const core::Domain& d = s.model.settings.domain;
+    core::Box box;
     for (int a = 0; a < 3; ++a) {
-        lo[a] = d.periodic[a] || !std::isfinite(v[a]) ? d.lo[a] : -v[a];
-        hi[a] = d.periodic[a] || !std::isfinite(v[3 + a]) ? d.hi[a] : v[3 + a];
+        box.lo[a] = d.periodic[a] || !std::isfinite(v[a]) ? d.lo[a] : -v[a];
+        box.hi[a] = d.periodic[a] || !std::isfinite(v[3 + a]) ? d.hi[a] : v[3 + a];
     }
+    return box;
 }
 
-/// New cuts along x, then z within the slabs, then y; each from one summed histogram.
-void balanced_cuts(EngineState& s, std::int64_t grain_cost) {
-    double lo[3], hi[3];
-    global_extent(s, lo, hi);
-    const auto grid = s.slices.grid();
-    const double reach = s.model.reach();
-    core::SliceGrid cut = s.slices;
-    const auto one_axis = [&](int axis, int groups, auto group_of) {
-        const int parts = grid[axis];
-        if (parts == 1) return;
-        std::vector<std::int64_t> cost(static_cast<std::size_t>(groups) * kBins, 0);
-        const double scale = kBins / std::max(hi[axis] - lo[axis], 1e-300);
-        for (LocalIndex i = 0; i < s.sub.n_owned; ++i) {
-            const double* x = s.sub.particles[i].position;
-            const int bin = std::clamp(static_cast<int>((x[axis] - lo[axis]) * scale), 0, kBins - 1);
-            cost[static_cast<std::size_t>(group_of(x)) * kBins + bin] += grain_cost;
+/// What a grain of each old tile costs.
+class GrainCosts {
+public:
+    /// @param grain_seconds  of this rank's mean grain in a step
+    GrainCosts(const Subdomain& sub, double grain_seconds) : store_(sub.contacts), slot_of_(sub.slot_of), mean_(units(grain_seconds)) {
+        double seconds = 0.0, grains = 0.0;
+        for (const core::Tile& t : store_.tiles) {
+            seconds += t.seconds;
+            grains += t.count;
         }
-        s.comm->sum(cost);
-        const double least = std::min(reach, (hi[axis] - lo[axis]) / parts);
-        for (int g = 0; g < groups; ++g)
-            core::cut_histogram(&cost[static_cast<std::size_t>(g) * kBins], kBins, lo[axis], hi[axis], parts, least, cut.cuts(axis).data() + static_cast<std::size_t>(g) * (parts - 1));
-    };
-    // The owner under the cuts found so far names the slab, and the column within it.
-    one_axis(0, 1, [](const double*) { return 0; });
-    one_axis(2, grid[0], [&](const double* x) { return cut.owner(x) / (grid[1] * grid[2]); });
-    one_axis(1, grid[0] * grid[2], [&](const double* x) { return cut.owner(x) / grid[1]; });
-    s.slices = cut;
+        const double scale = seconds > 0.0 ? grain_seconds * grains / seconds : 0.0;
+        for (const core::Tile& t : store_.tiles) {
+            const double share = t.count > 0 ? scale * t.seconds / t.count : 0.0;
+            of_tile_.push_back(share > 0.0 ? units(std::min(share, kDearest * grain_seconds)) : mean_);
+        }
+    }
+    std::int64_t operator()(LocalIndex i) const {
+        const std::uint32_t slot = slot_of_[i];
+        return slot < store_.n_grains ? of_tile_[static_cast<std::size_t>(&store_.tile_of(slot) - store_.tiles.data())] : mean_;
+    }
+
+private:
+    static std::int64_t units(double seconds) { return std::max<std::int64_t>(1, std::llround(seconds / kUnit)); }
+
+    const core::ContactStore& store_;
+    const std::vector<std::uint32_t>& slot_of_;
+    std::int64_t mean_;
+    std::vector<std::int64_t> of_tile_;
+};
+
+core::SliceGrid balanced_cuts(EngineState& s, double grain_seconds) {
+    const GrainCosts cost(s.sub, grain_seconds);
+    const int n_blocks = static_cast<int>((s.sub.n_owned + kBlock - 1) / kBlock);
+    return core::balance(s.slices, global_extent(s), {s.model.reach()}, [&](core::CostProfile& profile) {
+        std::vector<core::CostProfile> parts(static_cast<std::size_t>(s.workers.threads()), profile); // one a worker
+        s.workers.for_each(Phase::rebalance, n_blocks, [&](int b) {
+            core::CostProfile& part = parts[static_cast<std::size_t>(Workers::current())];
+            const LocalIndex end = std::min<LocalIndex>(s.sub.n_owned, static_cast<LocalIndex>(b + 1) * kBlock);
+            for (LocalIndex i = static_cast<LocalIndex>(b) * kBlock; i < end; ++i) part.add(s.sub.particles[i].position, cost(i));
+        });
+        for (core::CostProfile& part : parts)
+            for (std::size_t k = 0; k < profile.cost().size(); ++k) profile.cost()[k] += part.cost()[k];
+        s.comm->sum(profile.cost());
+    });
 }
 
 /// Cuts anywhere, for tests: the bits must not notice.
-void random_cuts(EngineState& s) {
-    double lo[3], hi[3];
-    global_extent(s, lo, hi);
-    const auto grid = s.slices.grid();
+core::SliceGrid random_cuts(EngineState& s) {
+    const core::Box extent = global_extent(s);
+    core::SliceGrid cut = s.slices;
     std::uint64_t item = static_cast<std::uint64_t>(s.counters.rebuilds) << 32;
     for (int a = 0; a < 3; ++a) {
-        auto& cuts = s.slices.cuts(a);
-        for (double& c : cuts) c = lo[a] + (hi[a] - lo[a]) * core::random_unit(s.model.settings.seed, core::RandomStream::random_cuts, item++)[0];
-        for (std::size_t k = 0; k < cuts.size(); k += static_cast<std::size_t>(grid[a] - 1)) std::sort(cuts.begin() + static_cast<std::ptrdiff_t>(k), cuts.begin() + static_cast<std::ptrdiff_t>(k) + grid[a] - 1);
+        auto& cuts = cut.cuts(a);
+        for (double& c : cuts) c = extent.lo[a] + (extent.hi[a] - extent.lo[a]) * core::random_unit(s.model.settings.seed, core::RandomStream::random_cuts, item++)[0];
+        const auto n = static_cast<std::ptrdiff_t>(cut.grid()[a]) - 1;
+        for (auto g = cuts.begin(); g != cuts.end(); g += n) std::sort(g, g + n);
+    }
+    return cut;
+}
+
+/// Learn from the lists that were what a grain takes, on this rank and in the mean, and tell the ledger.
+void learn_costs(EngineState& s) {
+    LoadWatch& load = s.load;
+    const double busy = load.busy_since(s.workers), steps = static_cast<double>(s.model.step - s.watch.built_step), grains = s.sub.n_owned;
+    if (steps > 0.0 && grains > 0.0 && busy > 0.0) {
+        const double now = busy / (steps * grains);
+        load.grain_seconds = load.grain_seconds > 0.0 ? load.grain_seconds + steps / (steps + kMemory) * (now - load.grain_seconds) : now;
+    }
+    const bool known = load.grain_seconds > 0.0;
+    const double own = load.grain_seconds * grains;
+    std::vector<std::int64_t> sum{std::llround(own / kUnit), std::llround(busy / kUnit), known ? static_cast<std::int64_t>(s.sub.n_owned) : 0};
+    s.comm->sum(sum);
+    std::vector<double> most{own, busy, load.move_seconds};
+    s.comm->max(most);
+    const auto mean_of = [&](std::int64_t v) { return kUnit * static_cast<double>(v) / s.comm->size(); };
+    load.mean = mean_of(sum[0]);
+    load.move_seconds = 0.0;
+    if (most[2] > 0.0) load.ledger.add_price(most[2]);
+    if (!known && sum[2] > 0) load.grain_seconds = kUnit * static_cast<double>(sum[0]) / static_cast<double>(sum[2]); // empty so far: like the others
+    if (steps > 0.0) {
+        load.ledger.add(most[0], load.mean, steps);
+        s.counters.imbalance = sum[1] > 0 ? most[1] / mean_of(sum[1]) : 1.0;
     }
 }
 
-/// Send grains whose owner is another rank, with references, contacts and, where they are kept, sums.
-void migrate(EngineState& s) {
-    Subdomain& sub = s.sub;
-    core::ContactStore& contacts = sub.contacts;
-    const int me = s.comm->rank();
-    const auto doubles = static_cast<std::size_t>(contacts.history_doubles);
-    std::vector<Packer> packers(static_cast<std::size_t>(s.comm->size()));
-    std::int64_t left = 0;
-    std::vector<core::Label> partners;
-    std::vector<double> rows;
-    sub.keep_owned([&](LocalIndex i) {
-        const int owner = s.slices.owner(sub.particles[i].position);
-        if (owner == me) return true;
-        ++left;
-        Packer& p = packers[owner];
-        p.put(sub.particles[i]);
-        p.put(sub.references[i]);
-        if (sub.keeps_sums) p.put(sub.sums[i]);
-        partners.clear();
-        rows.clear();
-        contacts.open(sub.slot_of[i]);
-        contacts.each(sub.slot_of[i], [&](core::Label partner, const core::HistoryPlace& place) {
-            partners.push_back(partner);
-            rows.resize(rows.size() + doubles);
-            contacts.get(place, rows.data() + rows.size() - doubles);
-        });
-        p.put(static_cast<std::uint32_t>(partners.size()));
-        p.put_many(partners.data(), partners.size());
-        p.put_many(rows.data(), rows.size());
-        return false;
-    });
-    std::vector<Parcel> parcels;
-    for (int r = 0; r < s.comm->size(); ++r)
-        if (!packers[r].empty()) parcels.push_back({r, packers[r].take()});
-
-    for (const Parcel& parcel : s.comm->sparse_exchange(std::move(parcels))) {
-        Unpacker u(parcel.data);
-        while (!u.done()) {
-            sub.particles.push_back(u.get<Particle>());
-            sub.references.push_back(u.get<core::Reference>());
-            if (sub.keeps_sums) sub.sums.push_back(u.get<core::ForceSum>());
-            const auto n = u.get<std::uint32_t>();
-            partners.resize(n);
-            rows.resize(n * doubles);
-            u.get_many(partners.data(), partners.size());
-            u.get_many(rows.data(), rows.size());
-            sub.slot_of.push_back(contacts.append(partners.data(), rows.data(), n));
-        }
+bool is_due(EngineState& s) {
+    LoadWatch& load = s.load;
+    switch (s.model.settings.rebalance) {
+    case Rebalance::automatic: return load.ledger.pays();
+    case Rebalance::every:
+    case Rebalance::random:
+        if (++load.rebuilds < s.model.settings.rebalance_interval) return false;
+        load.rebuilds = 0;
+        return true;
+    case Rebalance::off: break;
     }
-    sub.n_owned = static_cast<LocalIndex>(sub.particles.size());
-    s.counters.migrations += left;
+    return false;
+}
+
+/// @return whether any cut moved
+bool move_cuts(EngineState& s, bool first) {
+    const bool random = s.model.settings.rebalance == Rebalance::random && !first;
+    core::SliceGrid cuts = random ? random_cuts(s) : balanced_cuts(s, s.load.grain_seconds > 0.0 ? s.load.grain_seconds : kUnit);
+    if (cuts == s.slices) return false;
+    s.slices = std::move(cuts);
+    s.load.ledger.moved();
+    return true;
 }
 
 } // namespace
 
-void rebalance(EngineState& s, bool first, double busy, double mean_busy) {
+void begin_load(EngineState& s, double rebuild_seconds) {
+    s.load.busy_before = s.workers.busy();
+    s.load.rebuild_seconds = rebuild_seconds;
+}
+
+void rebalance(EngineState& s, bool first) {
     if (!s.parallel()) return;
-    const double mean = std::max(1e-12, mean_busy);
-    const double imbalance = s.comm->max(busy) / mean;
-    if (!first) s.counters.imbalance = imbalance;
-    s.workers.timed(Phase::rebalance, 0, [&] {
-        const Rebalance policy = s.model.settings.rebalance;
-        // A grain's cost: this rank's busy time a grain over the mean; bounded, since one list's life can be short and noisy.
-        const double share = busy / mean * static_cast<double>(s.model.n_particles) / (static_cast<double>(s.comm->size()) * std::max<double>(s.sub.n_owned, 1));
-        const auto cost = first ? kCostUnits : static_cast<std::int64_t>(kCostUnits * std::clamp(share, 0.25, 4.0));
-        const core::SliceGrid before = s.slices;
-        if (first || policy == Rebalance::every || (policy == Rebalance::automatic && imbalance > kTolerance))
-            balanced_cuts(s, cost);
-        else if (policy == Rebalance::random)
-            random_cuts(s);
-        if (!(s.slices == before) && !first) ++s.counters.rebalances;
-        migrate(s);
-    });
-    const std::int64_t total = s.comm->sum(static_cast<std::int64_t>(s.sub.n_owned));
-    if (total != s.model.n_particles) core::fail(core::ErrorKind::internal, "step {}: {} grains after migration, {} before", s.model.step, total, s.model.n_particles);
+    learn_costs(s);
+    const auto from = Workers::Clock::now();
+    const bool moved = (first || is_due(s)) && move_cuts(s, first);
+    migrate(s);
+    if (!moved || first) return; // at first grains come from anywhere: that is no price of a later move
+    ++s.counters.rebalances;
+    s.load.move_seconds = std::chrono::duration<double>(Workers::Clock::now() - from).count();
+}
+
+LoadOpinion load_opinion(const EngineState& s, std::int64_t steps) {
+    if (s.model.settings.rebalance != Rebalance::automatic || steps < kFirstLook || !std::has_single_bit(static_cast<std::uint64_t>(steps))) return {};
+    return {s.load.busy_since(s.workers), s.load.rebuild_seconds};
+}
+
+bool outlived_balance(const EngineState& s, std::int64_t steps, double busiest, double idlest, double rebuild_seconds) {
+    const LoadWatch& load = s.load;
+    // Half of the difference is what two ranks would lose; it tells imbalance from a machine that has become slower as a whole.
+    double lost = 0.5 * (busiest - idlest);
+    if (load.mean > 0.0) lost = std::min(lost, core::BalanceLedger::waste(busiest / static_cast<double>(steps), load.mean, static_cast<double>(steps)));
+    return lost > rebuild_seconds + load.ledger.price();
 }
 
 } // namespace talus::runtime

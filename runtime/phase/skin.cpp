@@ -1,7 +1,7 @@
 // skin: what the lists cost and how far they are used up, and from both the skin of the next ones (core/skin_choice.hpp).
 //
-// Counts and times of a rank ride on the reduction by which rebalance learns of busy times; the use of the skin is agreed in every
-// step. So all ranks choose the same skin, and only at rebuilds. It depends on measured times; the trajectory does not depend on it.
+// Counts and times are summed over ranks; the use of the skin is agreed in every step. So all ranks choose the same skin, and only at
+// rebuilds. It depends on measured times; the trajectory does not depend on it.
 #include <bit>
 #include <cmath>
 
@@ -61,22 +61,22 @@ void end_watch(EngineState& s) {
     w.counted = true;
 }
 
-double choose_skin(EngineState& s, double busy) {
+void choose_skin(EngineState& s) {
     ListWatch& w = s.watch;
     const auto nanoseconds = [](double seconds) { return static_cast<std::int64_t>(seconds * 1e9); };
-    std::vector<std::int64_t> sum{nanoseconds(busy), nanoseconds(w.force_seconds), nanoseconds(w.rebuild_seconds), w.contacts, w.candidates, static_cast<std::int64_t>(s.sub.n_owned)};
+    std::vector<std::int64_t> sum{nanoseconds(w.force_seconds), nanoseconds(w.rebuild_seconds), w.contacts, w.candidates, static_cast<std::int64_t>(s.sub.n_owned)};
     s.comm->sum(sum);
     Model& model = s.model;
     const double d = model.diameter(), most = most_skin(s);
     const std::int64_t served = model.step - w.built_step;
-    if (model.automatic_skin() && w.counted && w.steps >= 0 && served > 0 && sum[4] > 0 && std::isfinite(w.skin_use + w.apart)) {
+    if (model.automatic_skin() && w.counted && w.steps >= 0 && served > 0 && sum[3] > 0 && std::isfinite(w.skin_use + w.apart)) {
         // First what the lists were, then what is expected of the next.
         w.known.diameter = d;
         w.known.skin = model.skin();
-        w.known.contacts = static_cast<double>(sum[3]);
-        w.known.candidates = static_cast<double>(sum[4]);
-        w.known.grains = static_cast<double>(sum[5]);
-        w.known.learn(1e-9 * static_cast<double>(sum[1]) / static_cast<double>(served), 1e-9 * static_cast<double>(sum[2]));
+        w.known.contacts = static_cast<double>(sum[2]);
+        w.known.candidates = static_cast<double>(sum[3]);
+        w.known.grains = static_cast<double>(sum[4]);
+        w.known.learn(1e-9 * static_cast<double>(sum[0]) / static_cast<double>(served), 1e-9 * static_cast<double>(sum[1]));
         model.skin_share = core::next_skin(present(s), most) / d;
     }
     w.counted = false;
@@ -84,7 +84,6 @@ double choose_skin(EngineState& s, double busy) {
     w.disturbed = false;
     // Also when nothing was learnt: larger grains may have come.
     model.skin_share = std::min(model.skin_share, std::max(core::kFirstSkin, most / d));
-    return 1e-9 * static_cast<double>(sum[0]) / s.comm->size();
 }
 
 bool watch_lists(EngineState& s, std::int64_t steps, double skin_use, double apart) {

@@ -1,4 +1,4 @@
-// ranks: 1 2 3 4 6
+// ranks: 1 2 3 4 6 8
 // timeout: 240
 // Grains and their contacts wherever cuts lie: nothing is lost, nothing is invented, and the bits do not notice.
 #include <algorithm>
@@ -97,6 +97,33 @@ TEST(Migration, contact_histories_survive_random_cuts_copy_by_copy) {
             EXPECT_GT(world.state().migrations, before.migrations);
             EXPECT_GT(world.state().rebalances, before.rebalances);
         }
+    }
+}
+
+TEST(Migration, no_policy_of_balance_shows_in_the_bits) {
+    for (const Scene& scene : {kShear, kPour, kPeriodic}) {
+        SCOPED_TRACE(scene.name);
+        const talus_state reference = serial_reference(scene, 200);
+        for (const int32_t policy : {TALUS_REBALANCE_OFF, TALUS_REBALANCE_AUTO, TALUS_REBALANCE_EVERY, TALUS_REBALANCE_RANDOM}) {
+            World world = scene.make(parallel_run(policy));
+            scene.advance(world, 0, 200, 200);
+            const talus_state s = world.state();
+            EXPECT_EQ(digest_of(s), digest_of(reference)) << "policy " << policy;
+            EXPECT_GE(s.rebalances, world.ranks() > 1 && policy >= TALUS_REBALANCE_EVERY ? 2 : 0);
+        }
+    }
+}
+
+TEST(Migration, cuts_move_at_every_second_rebuild_if_told_so) {
+    HowToRun run = parallel_run(TALUS_REBALANCE_RANDOM);
+    run.rebalance_interval = 2;
+    World world = make_periodic(run);
+    world.step(20);
+    for (int k = 0; k < 6; ++k) {
+        const int64_t before = world.state().rebalances;
+        force_rebuild(world);
+        force_rebuild(world);
+        EXPECT_EQ(world.state().rebalances - before, world.ranks() > 1 ? 1 : 0);
     }
 }
 

@@ -22,6 +22,7 @@ struct HowToRun {
     int32_t threads = 1;
     double skin = 0.1; // of the mean diameter; 0: automatic
     int32_t rebalance = TALUS_REBALANCE_OFF;
+    int32_t rebalance_interval = 1;
     int32_t tile_grains = 128;
     int32_t rank_grid[3] = {0, 0, 0};
 };
@@ -152,6 +153,7 @@ inline talus_settings scene_settings(const Vec3& lo, const Vec3& hi, const HowTo
     s.threads = run.threads;
     s.skin = run.skin * 2.0 * kSceneRadius;
     s.rebalance = run.rebalance;
+    s.rebalance_interval = run.rebalance_interval;
     s.tile_grains = run.tile_grains;
     s.seed = 7;
     return s;

@@ -1,9 +1,8 @@
-// The slice grid: every place has one owner, cuts share out the cost.
+// The slice grid: every place has one owner.
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 #include "../support/bed.hpp"
 #include "core/slice_grid.hpp"
@@ -28,6 +27,8 @@ TEST(SliceGrid, every_place_lies_in_the_box_of_its_owner_and_in_no_other_and_a_c
         double x[3] = {random.uniform(-1.0, 5.0), random.uniform(-1.0, 3.0), random.uniform(-1.0, 4.0)};
         if (k % 5 == 0) x[0] = grid.cuts(0)[static_cast<std::size_t>(k) % 2];
         const int owner = grid.owner(x);
+        EXPECT_EQ(grid.group(2, x), owner / 8) << "slabs of four by two";
+        EXPECT_EQ(grid.group(1, x), owner / 2) << "columns of two";
         int holders = 0;
         for (int r = 0; r < grid.n_ranks(); ++r) {
             const Box b = grid.box(r);
@@ -65,50 +66,6 @@ TEST(SliceGrid, ranks_are_factored_into_the_subdomains_of_least_surface_and_give
     EXPECT_EQ(choose_rank_grid(12, slab, {2, 3, 2}), (std::array<int, 3>{2, 3, 2}));
     EXPECT_EQ(choose_rank_grid(12, slab, {5, 0, 0}), (std::array<int, 3>{0, 0, 0})) << "five does not divide twelve";
     EXPECT_EQ(choose_rank_grid(12, slab, {2, 2, 2}), (std::array<int, 3>{0, 0, 0}));
-}
-
-TEST(SliceGrid, cuts_of_a_histogram_share_the_cost_out_to_a_bin) {
-    test::Random random(3);
-    for (int k = 0; k < 200; ++k) {
-        constexpr int n = 512;
-        std::vector<std::int64_t> cost(n);
-        for (auto& c : cost) c = random.uniform(0.0, 1.0) < 0.3 ? 0 : static_cast<std::int64_t>(random.uniform(0.0, 1000.0));
-        const int parts = 2 + k % 7;
-        std::vector<double> cuts(static_cast<std::size_t>(parts) - 1);
-        cut_histogram(cost.data(), n, -1.0, 3.0, parts, 0.0, cuts.data());
-        EXPECT_TRUE(std::is_sorted(cuts.begin(), cuts.end()));
-        const double total = static_cast<double>(std::accumulate(cost.begin(), cost.end(), std::int64_t{0}));
-        for (int p = 1; p < parts; ++p) {
-            const double at = (cuts[static_cast<std::size_t>(p) - 1] + 1.0) / 4.0 * n;
-            double below = 0.0;
-            for (int b = 0; b < n; ++b) below += static_cast<double>(cost[static_cast<std::size_t>(b)]) * std::clamp(at - b, 0.0, 1.0);
-            EXPECT_NEAR(below, total * p / parts, 1e-6 * total);
-        }
-    }
-}
-
-TEST(SliceGrid, parts_keep_their_least_width_wherever_the_cost_stands) {
-    for (int where = 0; where < 100; where += 9) {
-        std::vector<std::int64_t> cost(100, 0);
-        cost[static_cast<std::size_t>(where)] = 1000; // all in one bin
-        double cuts[4];
-        cut_histogram(cost.data(), 100, 0.0, 1.0, 5, 0.15, cuts);
-        double before = 0.0;
-        for (const double c : cuts) {
-            EXPECT_GE(c - before, 0.15 - 1e-12);
-            before = c;
-        }
-        EXPECT_GE(1.0 - before, 0.15 - 1e-12);
-    }
-}
-
-TEST(SliceGrid, without_any_cost_parts_are_equal) {
-    const std::vector<std::int64_t> cost(10, 0);
-    double cuts[3];
-    cut_histogram(cost.data(), 10, 0.0, 8.0, 4, 0.1, cuts);
-    EXPECT_EQ(cuts[0], 2.0);
-    EXPECT_EQ(cuts[1], 4.0);
-    EXPECT_EQ(cuts[2], 6.0);
 }
 
 } // namespace
