@@ -8,6 +8,7 @@
 #include <memory>
 #include <string>
 
+#include "apps/sandbox/bed_file.hpp"
 #include "capi/src/guard.hpp"
 #include "talus.h"
 
@@ -40,6 +41,9 @@ inline constexpr double kYoung = 1e7, kPoisson = 0.2, kDensity = 2600.0;
 inline constexpr double kGravity = 9.81;
 /// Groups of grains.
 inline constexpr std::int32_t kFree = 0, kFrozen = 1;
+
+/// The file of the options.
+sandbox::Bed read_bed(const SceneOptions& options);
 
 /// The wall at low x moves in at 0.1 m/s; returned after some steps of shear. Material of Table 1 of the paper.
 Scene make_bed(const SceneOptions& options, const talus_laws& laws);

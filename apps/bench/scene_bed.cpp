@@ -2,7 +2,6 @@
 #include <cmath>
 
 #include "apps/bench/box.hpp"
-#include "apps/sandbox/bed_file.hpp"
 
 namespace talus::bench {
 
@@ -13,13 +12,6 @@ constexpr double kRestitution = 0.2;
 constexpr double kStepFraction = 0.15; // of the Rayleigh step
 constexpr int kSettleSteps = 3000, kWarmSteps = 300;
 
-sandbox::Bed read(const SceneOptions& o) {
-    sandbox::Faults faults;
-    sandbox::Bed bed = sandbox::read_bed(o.bed, o.axes, faults);
-    faults.throw_if_any(o.bed);
-    return bed;
-}
-
 void set_step(talus_engine* engine) {
     double critical = 0.0;
     check(talus_engine_critical_step(engine, &critical), engine);
@@ -27,7 +19,7 @@ void set_step(talus_engine* engine) {
 }
 
 Scene of_file(const SceneOptions& o, const talus_laws& laws) {
-    const sandbox::Bed bed = read(o);
+    const sandbox::Bed bed = read_bed(o);
     Scene scene{make_box(o, laws, kRestitution, bed.lo, bed.hi, *std::max_element(bed.radius.begin(), bed.radius.end())), bed.lo, bed.hi};
     talus_engine* engine = scene.engine.get();
     talus_particles p{};
@@ -61,6 +53,13 @@ Scene settled(const SceneOptions& o, const talus_laws& laws) {
 }
 
 } // namespace
+
+sandbox::Bed read_bed(const SceneOptions& o) {
+    sandbox::Faults faults;
+    sandbox::Bed bed = sandbox::read_bed(o.bed, o.axes, faults);
+    faults.throw_if_any(o.bed);
+    return bed;
+}
 
 Scene make_bed(const SceneOptions& o, const talus_laws& laws) {
     Scene scene = o.bed.empty() ? settled(o, laws) : of_file(o, laws);

@@ -1,6 +1,6 @@
 // bed_file.hpp: a settled bed read from a file, for [bed] file.
 //   text   "# N xlo xhi ylo yhi zlo zhi", then N lines "id x y z r"; SI units
-//   HDF5   datasets id [N], position [N x 3], radius [N]; attribute box, the same six numbers
+//   HDF5   datasets id [N], position [N x 3], radius [N]; attribute box, the same six numbers; or a snapshot of a run
 // Which of the file's axes is up is told by [bed] axes: "xzy" makes x, z, y of the file our x, y (up), z.
 #ifndef TALUS_SANDBOX_BED_FILE_HPP
 #define TALUS_SANDBOX_BED_FILE_HPP

@@ -79,24 +79,26 @@ void read_dataset(hid_t file, const std::string& path, const char* name, hsize_t
     }
 }
 
-void read_box(hid_t file, const std::string& path, RawBed& raw, Faults& faults) {
-    const Handle box(H5Aopen(file, "box", H5P_DEFAULT), H5Aclose);
-    double numbers[6];
-    bool good = box.is_open();
-    if (good) {
-        const Handle space(H5Aget_space(box), H5Sclose);
-        const Handle type(H5Aget_type(box), H5Tclose);
-        good = shape_of(space) == std::vector<hsize_t>{6} && is_number(type) && H5Aread(box, H5T_NATIVE_DOUBLE, numbers) >= 0;
-    }
-    if (!good) {
-        faults.add(fmt::format("{}: has no attribute box of six numbers, xlo xhi ylo yhi zlo zhi in m", path));
-        return;
-    }
-    for (int axis = 0; axis < 3; ++axis) {
-        raw.bed.lo[axis] = numbers[2 * axis];
-        raw.bed.hi[axis] = numbers[2 * axis + 1];
-    }
-    raw.has_box = true;
+// An attribute of n numbers; false if it is not there or something else.
+bool read_attribute(hid_t file, const char* name, hsize_t n, double* out) {
+    const Handle attribute(H5Aopen(file, name, H5P_DEFAULT), H5Aclose);
+    if (!attribute.is_open()) return false;
+    const Handle space(H5Aget_space(attribute), H5Sclose);
+    const Handle type(H5Aget_type(attribute), H5Tclose);
+    return shape_of(space) == std::vector<hsize_t>{n} && is_number(type) && H5Aread(attribute, H5T_NATIVE_DOUBLE, out) >= 0;
+}
+
+void read_box(hid_t file, const std::string& path, bool is_snapshot, RawBed& raw, Faults& faults) {
+    double ends[6];
+    if (is_snapshot)
+        raw.has_box = read_attribute(file, "box_lo", 3, raw.bed.lo.data()) && read_attribute(file, "box_hi", 3, raw.bed.hi.data());
+    else if ((raw.has_box = read_attribute(file, "box", 6, ends)))
+        for (int axis = 0; axis < 3; ++axis) {
+            raw.bed.lo[axis] = ends[2 * axis];
+            raw.bed.hi[axis] = ends[2 * axis + 1];
+        }
+    if (!raw.has_box)
+        faults.add(fmt::format("{}: has no attribute{}", path, is_snapshot ? "s box_lo and box_hi of three numbers in m" : " box of six numbers, xlo xhi ylo yhi zlo zhi in m"));
 }
 
 } // namespace
@@ -109,11 +111,12 @@ RawBed read_bed_hdf5(const std::string& path, Faults& faults) {
         faults.add(fmt::format("{}: is damaged or not a whole HDF5 file", path));
         return raw;
     }
-    read_box(file, path, raw, faults);
+    const bool is_snapshot = H5Lexists(file, "VTKHDF", H5P_DEFAULT) > 0;
+    read_box(file, path, is_snapshot, raw, faults);
     Bed& bed = raw.bed;
-    read_dataset(file, path, "id", 1, H5T_NATIVE_INT64, bed.label, faults);
-    read_dataset(file, path, "position", 3, H5T_NATIVE_DOUBLE, bed.position, faults);
-    read_dataset(file, path, "radius", 1, H5T_NATIVE_DOUBLE, bed.radius, faults);
+    read_dataset(file, path, is_snapshot ? "VTKHDF/PointData/label" : "id", 1, H5T_NATIVE_INT64, bed.label, faults);
+    read_dataset(file, path, is_snapshot ? "VTKHDF/Points" : "position", 3, H5T_NATIVE_DOUBLE, bed.position, faults);
+    read_dataset(file, path, is_snapshot ? "VTKHDF/PointData/radius" : "radius", 1, H5T_NATIVE_DOUBLE, bed.radius, faults);
     if (bed.position.size() != 3 * bed.label.size() || bed.radius.size() != bed.label.size()) {
         if (!bed.label.empty() && !bed.position.empty() && !bed.radius.empty())
             faults.add(fmt::format("{}: {} ids, {} positions and {} radii; there must be one of each a grain", path, bed.label.size(),

@@ -1,6 +1,5 @@
 // ranks: 4
-// label: slow
-// timeout: 1800
+// timeout: 300
 // A million migrations: the hash over all histories, which the digest is part of, and their number stay what they were.
 #include "../support/determinism.hpp"
 
