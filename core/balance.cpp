@@ -12,7 +12,7 @@ constexpr double kFine = 0.125; // of a part's cost: a bin that holds no more of
 } // namespace
 
 CostProfile::CostProfile(const SliceGrid& cuts, int axis, double lo, double hi)
-    : cuts_(cuts), axis_(axis), parts_(cuts.grid()[axis]), lo_(lo), hi_(std::max(lo, hi)) {
+    : cuts_(cuts), axis_(axis), parts_(cuts.grid()[axis]), bins_of_part_(std::max(kLeastBinsOfPart, kLeastBins / parts_)), lo_(lo), hi_(std::max(lo, hi)) {
     const int groups = cuts.n_groups(axis);
     for (int g = 0; g < groups; ++g) {
         ends_.push_back(lo_);
@@ -27,7 +27,7 @@ std::size_t CostProfile::bin(int group, double x) const {
     const std::size_t part = static_cast<std::size_t>(std::upper_bound(ends + 1, ends + parts_, x) - (ends + 1));
     const double width = ends[part + 1] - ends[part];
     const double share = width > 0.0 ? (x - ends[part]) / width : 0.0;
-    return part * kBinsOfPart + static_cast<std::size_t>(std::clamp(static_cast<int>(share * kBinsOfPart), 0, kBinsOfPart - 1));
+    return part * bins_of_part_ + static_cast<std::size_t>(std::clamp(static_cast<int>(share * bins_of_part_), 0, bins_of_part_ - 1));
 }
 
 bool CostProfile::cut(const CutLimits& limits, const SliceGrid& from, SliceGrid& out) const {
@@ -51,8 +51,8 @@ bool CostProfile::cut(const CutLimits& limits, const SliceGrid& from, SliceGrid&
             const double target = static_cast<double>(total) * p / parts_;
             while (bin + 1 < n_bins() && static_cast<double>(below + cost[bin]) < target) below += cost[bin++];
             const double share = cost[bin] > 0 ? std::clamp((target - static_cast<double>(below)) / static_cast<double>(cost[bin]), 0.0, 1.0) : 0.5;
-            const std::size_t part = bin / kBinsOfPart;
-            at = ends[part] + (ends[part + 1] - ends[part]) * ((static_cast<double>(bin % kBinsOfPart) + share) / kBinsOfPart);
+            const std::size_t part = bin / bins_of_part_;
+            at = ends[part] + (ends[part + 1] - ends[part]) * ((static_cast<double>(bin % bins_of_part_) + share) / bins_of_part_);
             fine = fine && static_cast<double>(cost[bin]) * parts_ <= kFine * static_cast<double>(total);
         }
         // Keep every part wide enough: push up from below, then down from above.

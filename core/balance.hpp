@@ -2,7 +2,7 @@
 // out; who holds the field, and on how many ranks, is the caller's business.
 // Source   Furuichi and Nishiura (2017): slabs in x, cut in z within each slab, then in y; they relax each cut by the difference of
 //          cost of its two sides, with multigrid for the long waves. Here the cuts are solved for: along each axis the cost is summed
-//          in bins that follow the present cuts (kBinsOfPart to each part), and the new cuts are where its running sum reaches equal
+//          in bins that follow the present cuts (CostProfile), and the new cuts are where its running sum reaches equal
 //          shares. That takes one sum over all ranks of as many numbers as there are bins, and is done after one or two of them
 //          however far the cuts have to go; relaxation takes a sum for each halo width of the way.
 // Symbols  cost is a count of any unit; sums are integers, so that all ranks find the same cuts to the bit
@@ -16,7 +16,8 @@
 
 namespace talus::core {
 
-inline constexpr int kBinsOfPart = 16; // a sixteenth of a subdomain's cost is placed by interpolation: see CostProfile::cut
+// Bins of a group, and of each of its parts, at least: what is in one bin is placed by interpolation.
+inline constexpr int kLeastBins = 1024, kLeastBinsOfPart = 16;
 inline constexpr int kMostSums = 4;    // of one axis in one balance
 inline constexpr double kReachable = 1.01;    // max/mean that a move of cuts leaves
 inline constexpr double kGoodEnough = 1.03;   // max/mean that is forgiven: below it measured times tell noise
@@ -29,25 +30,25 @@ struct CutLimits {
 /// The cost along one axis of each group of subdomains that is cut on its own.
 class CostProfile {
 public:
-    /// Empty bins between lo and hi, sixteen to each part of `cuts`. Keeps a reference to `cuts`.
+    /// Empty bins between lo and hi, as many to each part of `cuts`. Keeps a reference to `cuts`.
     CostProfile(const SliceGrid& cuts, int axis, double lo, double hi);
 
     void add(const double* position, std::int64_t cost) {
         const int group = cuts_.group(axis_, position);
         cost_[static_cast<std::size_t>(group) * n_bins() + bin(group, position[axis_])] += cost;
     }
-    /// To be summed over ranks. [n_groups][parts * kBinsOfPart]
+    /// To be summed over ranks. [n_groups][parts * bins of a part]
     std::vector<std::int64_t>& cost() { return cost_; }
     /// Write cuts into `out` that share the cost of each group out equally, within limits; a move counts from the cuts in `from`.
     /// @return whether every cut fell into a bin that holds little of a part's cost (else bins that follow the new cuts find better)
     bool cut(const CutLimits& limits, const SliceGrid& from, SliceGrid& out) const;
 
 private:
-    std::size_t n_bins() const { return static_cast<std::size_t>(parts_) * kBinsOfPart; }
+    std::size_t n_bins() const { return static_cast<std::size_t>(parts_ * bins_of_part_); }
     std::size_t bin(int group, double x) const;
 
     const SliceGrid& cuts_;
-    int axis_, parts_;
+    int axis_, parts_, bins_of_part_;
     double lo_, hi_;
     std::vector<double> ends_; // [n_groups][parts + 1]
     std::vector<std::int64_t> cost_;

@@ -16,6 +16,7 @@ namespace talus::bench {
 namespace {
 
 constexpr int kColumnsOfPart = 64;    // columns of the field along a subdomain's side
+constexpr int kCoarseColumns = 16;    // ... where many rebalances are tried
 constexpr double kUnits = 1000.0;     // of cost, a grain
 constexpr int kMostRebalances = 10;   // from equal volumes
 constexpr int kMostLimited = 2000;
@@ -152,11 +153,12 @@ void study_balance(const sandbox::Bed& bed, const BalanceOptions& o) {
         nlohmann::ordered_json item{{"subdomains", side * side}, {"grains", o.grains}, {"max_over_mean", seen}, {"rebalances_to_1.05", first_good}, {"floor", floor}, {"seconds_a_call", seconds}};
         std::string limited;
         if (o.reach > 0.0) {
+            const Field coarse = make_field(columns, o, side * kCoarseColumns); // it takes long
             core::SliceGrid held = start;
             double ignored = 0.0;
             int used = 0;
-            while (used < kMostLimited && max_over_mean(held, field) > kGood) {
-                held = rebalance(held, field, {0.0, o.reach}, ignored);
+            while (used < kMostLimited && max_over_mean(held, coarse) > kGood) {
+                held = rebalance(held, coarse, {0.0, o.reach}, ignored);
                 ++used;
             }
             limited = used < kMostLimited ? fmt::format("  {} rebalances", used) : fmt::format("  more than {}", kMostLimited);

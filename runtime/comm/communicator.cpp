@@ -90,7 +90,7 @@ void Communicator::sum(core::Wide* v, int n) {
     }
 }
 
-std::vector<Parcel> Communicator::sparse_exchange(std::vector<Parcel> outgoing) {
+std::vector<Parcel> Communicator::sparse_exchange(std::vector<Parcel> outgoing, std::size_t most_bytes) {
     std::vector<Parcel> incoming;
     for (Parcel& p : outgoing)
         if (p.rank == rank_) incoming.push_back({rank_, std::move(p.data)});
@@ -101,9 +101,10 @@ std::vector<Parcel> Communicator::sparse_exchange(std::vector<Parcel> outgoing) 
         std::vector<MPI_Request> sends;
         for (const Parcel& p : outgoing) {
             if (p.rank == rank_) continue;
-            if (p.data.size() > static_cast<std::size_t>(INT32_MAX)) fail(ErrorKind::capacity, "a message of {} bytes to rank {} exceeds what one MPI call carries; use more ranks", p.data.size(), p.rank);
-            sends.emplace_back();
-            check_mpi(MPI_Issend(p.data.data(), static_cast<int>(p.data.size()), MPI_BYTE, p.rank, tag, handle_->comm, &sends.back()), "MPI_Issend");
+            for (std::size_t at = 0; at == 0 || at < p.data.size(); at += most_bytes) {
+                sends.emplace_back();
+                check_mpi(MPI_Issend(p.data.data() + at, static_cast<int>(std::min(most_bytes, p.data.size() - at)), MPI_BYTE, p.rank, tag, handle_->comm, &sends.back()), "MPI_Issend");
+            }
         }
         MPI_Request barrier = MPI_REQUEST_NULL;
         bool in_barrier = false;
@@ -114,9 +115,12 @@ std::vector<Parcel> Communicator::sparse_exchange(std::vector<Parcel> outgoing) 
             if (arrived) {
                 int n = 0;
                 MPI_Get_count(&status, MPI_BYTE, &n);
-                Parcel p{status.MPI_SOURCE, Bytes(static_cast<std::size_t>(n))};
-                check_mpi(MPI_Recv(p.data.data(), n, MPI_BYTE, p.rank, tag, handle_->comm, MPI_STATUS_IGNORE), "MPI_Recv");
-                incoming.push_back(std::move(p));
+                // Pieces of one parcel come in order.
+                const auto begun = std::find_if(incoming.begin(), incoming.end(), [&](const Parcel& p) { return p.rank == status.MPI_SOURCE; });
+                Parcel& p = begun != incoming.end() ? *begun : incoming.emplace_back(Parcel{status.MPI_SOURCE, {}});
+                const std::size_t at = p.data.size();
+                p.data.resize(at + static_cast<std::size_t>(n));
+                check_mpi(MPI_Recv(p.data.data() + at, n, MPI_BYTE, p.rank, tag, handle_->comm, MPI_STATUS_IGNORE), "MPI_Recv");
             }
             if (!in_barrier) {
                 int sent = 0;

@@ -47,9 +47,9 @@ public:
     void sum(std::vector<std::int64_t>& v);
     void max(std::vector<double>& v);
     void sum(core::Wide* v, int n);
-    /// Messages to any ranks, without an all-to-all (NBX, Hoefler et al. 2010); parcels come back sorted by rank. A parcel to
-    /// oneself is delivered too.
-    std::vector<Parcel> sparse_exchange(std::vector<Parcel> outgoing);
+    /// Messages to any ranks, at most one parcel to each, without an all-to-all (NBX, Hoefler et al. 2010); parcels come back sorted
+    /// by rank. A parcel to oneself is delivered too. @param most_bytes  of one MPI message; longer parcels go in several
+    std::vector<Parcel> sparse_exchange(std::vector<Parcel> outgoing, std::size_t most_bytes = std::size_t{1} << 30);
     /// Gather bytes of every rank on rank 0, in rank order; empty elsewhere.
     std::vector<Bytes> gather(const Bytes& mine);
 

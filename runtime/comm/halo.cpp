@@ -30,12 +30,15 @@ struct Neighbour {
     Box box;           // its subdomain, widened by the reach
 };
 
+/// Whether two boxes, one of them shifted, are nearer to each other along an axis than `distance`.
+bool near_along(int axis, const Box& a, const core::Vec3d& shift, const Box& b, double distance) {
+    const double s[3] = {shift.x, shift.y, shift.z};
+    return a.lo[axis] + s[axis] <= b.hi[axis] + distance && a.hi[axis] + s[axis] >= b.lo[axis] - distance;
+}
+
 /// Whether two boxes, one of them shifted, are nearer to each other than `distance` on every axis.
 bool near(const Box& a, const core::Vec3d& shift, const Box& b, double distance) {
-    const double s[3] = {shift.x, shift.y, shift.z};
-    bool is = true;
-    for (int c = 0; c < 3; ++c) is = is && a.lo[c] + s[c] <= b.hi[c] + distance && a.hi[c] + s[c] >= b.lo[c] - distance;
-    return is;
+    return near_along(0, a, shift, b, distance) && near_along(1, a, shift, b, distance) && near_along(2, a, shift, b, distance);
 }
 
 void extend(Box& b, const double (&x)[3]) {
@@ -67,29 +70,42 @@ Box bounded_box(const core::SliceGrid& slices, const core::Domain& domain, int r
     return b;
 }
 
+/// The ranks whose widened subdomains come near mine, and the images of them: slab by slab, so that far ones are not looked at.
 std::vector<Neighbour> find_neighbours(const core::SliceGrid& slices, const core::Domain& domain, double reach, int me) {
-    std::vector<Neighbour> out;
-    const Box mine = bounded_box(slices, domain, me);
-    // An axis that is not cut wraps in the cells of its owner.
-    const auto images = [&](int a) { return domain.periodic[a] && slices.grid()[a] > 1 ? 1 : 0; };
-    for (int rank = 0; rank < slices.n_ranks(); ++rank) {
+    const auto& grid = slices.grid();
+    const auto widened = [&](int rank) {
         Box box = bounded_box(slices, domain, rank);
         for (int a = 0; a < 3; ++a) {
-            if (domain.periodic[a] && slices.grid()[a] == 1) {
+            if (domain.periodic[a] && grid[a] == 1) {
                 box.lo[a] = -HUGE_VAL;
                 box.hi[a] = HUGE_VAL;
             }
             box.lo[a] -= reach;
             box.hi[a] += reach;
         }
-        for (int ix = -images(0); ix <= images(0); ++ix)
-            for (int iy = -images(1); iy <= images(1); ++iy)
-                for (int iz = -images(2); iz <= images(2); ++iz) {
-                    if (rank == me && ix == 0 && iy == 0 && iz == 0) continue;
-                    const core::Vec3d shift{ix * domain.length(0), iy * domain.length(1), iz * domain.length(2)};
-                    if (near(mine, shift, box, reach)) out.push_back({rank, shift, box});
+        return box;
+    };
+    std::vector<Neighbour> out;
+    const Box mine = bounded_box(slices, domain, me);
+    const auto look = [&](const core::Vec3d& shift) {
+        for (int x = 0; x < grid[0]; ++x) {
+            if (!near_along(0, mine, shift, widened(slices.rank_at(x, 0, 0)), reach)) continue;
+            for (int z = 0; z < grid[2]; ++z) {
+                if (!near_along(2, mine, shift, widened(slices.rank_at(x, 0, z)), reach)) continue;
+                for (int y = 0; y < grid[1]; ++y) {
+                    const int rank = slices.rank_at(x, y, z);
+                    const bool self = rank == me && shift.x == 0.0 && shift.y == 0.0 && shift.z == 0.0;
+                    const Box box = widened(rank);
+                    if (!self && near_along(1, mine, shift, box, reach)) out.push_back({rank, shift, box});
                 }
-    }
+            }
+        }
+    };
+    // An axis that is not cut wraps in the cells of its owner.
+    const auto images = [&](int a) { return domain.periodic[a] && grid[a] > 1 ? 1 : 0; };
+    for (int ix = -images(0); ix <= images(0); ++ix)
+        for (int iy = -images(1); iy <= images(1); ++iy)
+            for (int iz = -images(2); iz <= images(2); ++iz) look({ix * domain.length(0), iy * domain.length(1), iz * domain.length(2)});
     return out;
 }
 

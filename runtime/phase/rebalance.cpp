@@ -17,7 +17,8 @@ using core::LocalIndex;
 namespace {
 
 constexpr double kMemory = 50.0;          // steps of lists that the smoothed time of a grain rests on
-constexpr double kUnit = 1e-12;           // s, of costs in sums
+constexpr double kUnit = 1e-12;           // s, of the time of a grain or a rank in a step, in sums
+constexpr double kLong = 1e-9;            // s, of the time of a list's life, in sums
 constexpr double kDearest = 8.0;          // times the rank's mean that a grain of a tile may cost: a tile of few grains was timed badly
 constexpr std::int64_t kFirstLook = 64;   // steps after which lists may be given up for balance, and at every doubling of them
 constexpr int kBlock = 4096;              // grains a task
@@ -110,18 +111,18 @@ void learn_costs(EngineState& s) {
     }
     const bool known = load.grain_seconds > 0.0;
     const double own = load.grain_seconds * grains;
-    std::vector<std::int64_t> sum{std::llround(own / kUnit), std::llround(busy / kUnit), known ? static_cast<std::int64_t>(s.sub.n_owned) : 0};
+    std::vector<std::int64_t> sum{std::llround(own / kUnit), std::llround(busy / kLong), known ? static_cast<std::int64_t>(s.sub.n_owned) : 0};
     s.comm->sum(sum);
     std::vector<double> most{own, busy, load.move_seconds};
     s.comm->max(most);
-    const auto mean_of = [&](std::int64_t v) { return kUnit * static_cast<double>(v) / s.comm->size(); };
-    load.mean = mean_of(sum[0]);
+    const auto mean_of = [&](std::int64_t v, double unit) { return unit * static_cast<double>(v) / s.comm->size(); };
+    load.mean = mean_of(sum[0], kUnit);
     load.move_seconds = 0.0;
     if (most[2] > 0.0) load.ledger.add_price(most[2]);
     if (!known && sum[2] > 0) load.grain_seconds = kUnit * static_cast<double>(sum[0]) / static_cast<double>(sum[2]); // empty so far: like the others
     if (steps > 0.0) {
         load.ledger.add(most[0], load.mean, steps);
-        s.counters.imbalance = sum[1] > 0 ? most[1] / mean_of(sum[1]) : 1.0;
+        s.counters.imbalance = sum[1] > 0 ? most[1] / mean_of(sum[1], kLong) : 1.0;
     }
 }
 

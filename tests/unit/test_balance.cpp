@@ -172,5 +172,24 @@ TEST(Balance, costs_of_billions_of_grains_do_not_overflow) {
     EXPECT_NEAR(cuts.cuts(0)[0], 0.5, 1.0 / 64);
 }
 
+TEST(BalanceLedger, cuts_move_when_what_imbalance_took_exceeds_what_a_move_took_and_not_for_noise) {
+    BalanceLedger ledger;
+    EXPECT_FALSE(ledger.pays());
+    ledger.add_price(1.0);
+    ledger.add(1.2, 1.0, 5.0); // 5 steps, each 0.19 s longer than it could be
+    EXPECT_FALSE(ledger.pays());
+    ledger.add(1.2, 1.0, 0.3);
+    EXPECT_TRUE(ledger.pays());
+    ledger.moved();
+    EXPECT_FALSE(ledger.pays());
+    // What lies within the noise of a measurement is forgiven, and so is what was before it.
+    ledger.add(1.2, 1.0, 5.0);
+    ledger.add(1.02, 1.0, 1e6);
+    ledger.add(1.2, 1.0, 5.0);
+    EXPECT_FALSE(ledger.pays());
+    ledger.add(1.2, 1.0, 1.0);
+    EXPECT_TRUE(ledger.pays());
+}
+
 } // namespace
 } // namespace talus::core
