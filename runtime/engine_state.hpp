@@ -73,7 +73,7 @@ struct ListWatch {
 /// What the work of a rank takes, and what is agreed about sharing it out.
 struct LoadWatch {
     // Of this rank.
-    double busy_before = 0.0;   // s of all workers and phases when the lists were built
+    double busy_before = 0.0;   // step_seconds when the lists were built
     double grain_seconds = 0.0; // that a grain takes of a step, smoothed over lists; 0: not known
     double move_seconds = 0.0;  // that this rank's part of the last move of cuts took; 0: told already
     double rebuild_seconds = 0.0;
@@ -82,8 +82,14 @@ struct LoadWatch {
     double mean = 0.0;          // s that a rank works in a step, as of the last lists; 0: not known
     std::int64_t rebuilds = 0;  // since cuts were last looked at, by a policy that counts them
 
-    /// Seconds that a rank with so many threads has worked since the lists were built.
-    double busy_since(const Workers& w) const { return (w.busy() - busy_before) / w.threads(); }
+    /// Seconds of all workers in the phases of steps; rebuilds and observation come when they are asked for.
+    static double step_seconds(const Workers& w) {
+        double sum = 0.0;
+        for (const Phase p : {Phase::force, Phase::integrate, Phase::halo_exchange}) sum += w.total(p).seconds;
+        return sum;
+    }
+    /// Seconds that each of a rank's threads has worked in steps since the lists were built.
+    double busy_since(const Workers& w) const { return (step_seconds(w) - busy_before) / w.threads(); }
 };
 
 struct EngineState {

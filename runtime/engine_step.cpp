@@ -193,10 +193,6 @@ void renew_graph(EngineState& s) {
     if (s.graph && s.graph->shape() == shape) return;
 
     StepHooks hooks;
-    hooks.force = [&s](int t) {
-        s.workers.muster(static_cast<int>(s.sub.tiles.size()));
-        force_tile(s, t);
-    };
     hooks.integrate = [&s](int t) { integrate_tile(s, t); };
     hooks.worked = [&s](int t, double seconds) { s.sub.tiles[t].seconds += seconds; };
     const auto guarded = [&s](auto body) {
@@ -207,6 +203,12 @@ void renew_graph(EngineState& s) {
         } catch (const std::exception& e) {
             s.errors.set(ErrorKind::internal, e.what());
         }
+    };
+    hooks.force = [&s, guarded](int t) {
+        s.workers.muster(static_cast<int>(s.sub.tiles.size()));
+        force_tile(s, t);
+        // Every few tiles: the neighbour that waits for this rank's message cannot fetch it alone.
+        if (s.parallel() && t % 4 == 0) guarded([&] { s.halo.progress(); });
     };
     hooks.send = [&s, guarded](int k) {
         if (s.integrate.begin) guarded([&] { s.halo.send(k, s.sub); });

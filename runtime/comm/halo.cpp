@@ -109,6 +109,12 @@ std::vector<Neighbour> find_neighbours(const core::SliceGrid& slices, const core
     return out;
 }
 
+bool test_all(std::vector<MPI_Request>& requests) {
+    int done = 1;
+    if (!requests.empty()) check_mpi(MPI_Testall(static_cast<int>(requests.size()), requests.data(), &done, MPI_STATUSES_IGNORE), "MPI_Testall");
+    return done != 0;
+}
+
 bool inside(const Box& b, const double* x, const core::Vec3d& s) {
     return x[0] + s.x >= b.lo[0] && x[0] + s.x <= b.hi[0] && x[1] + s.y >= b.lo[1] && x[1] + s.y <= b.hi[1] && x[2] + s.z >= b.lo[2] && x[2] + s.z <= b.hi[2];
 }
@@ -287,10 +293,15 @@ void Halo::start_receives() {
 bool Halo::arrived() {
     const std::lock_guard lock(requests_->guard); // polls come from any worker
     if (!receiving_) return true;
-    int done = 0;
-    check_mpi(MPI_Testall(static_cast<int>(requests_->receives.size()), requests_->receives.data(), &done, MPI_STATUSES_IGNORE), "MPI_Testall");
-    receiving_ = !done;
-    return done != 0;
+    receiving_ = !test_all(requests_->receives);
+    return !receiving_;
+}
+
+void Halo::progress() {
+    const std::unique_lock lock(requests_->guard, std::try_to_lock);
+    if (!lock) return;
+    test_all(requests_->sends);
+    if (receiving_) receiving_ = !test_all(requests_->receives);
 }
 
 void Halo::unpack(Subdomain& sub) {

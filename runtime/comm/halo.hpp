@@ -37,6 +37,8 @@ public:
     void start_receives();
     /// Try to complete them. @return true when all have arrived
     bool arrived();
+    /// Let MPI go on with what is under way, unless another worker is at it: long messages move only inside its calls, on both sides.
+    void progress();
     /// Write what arrived into the ghosts.
     void unpack(Subdomain& sub);
     /// Wait for what is under way, both ways; nothing is written.

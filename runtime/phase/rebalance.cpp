@@ -153,7 +153,7 @@ bool move_cuts(EngineState& s, bool first) {
 } // namespace
 
 void begin_load(EngineState& s, double rebuild_seconds) {
-    s.load.busy_before = s.workers.busy();
+    s.load.busy_before = LoadWatch::step_seconds(s.workers);
     s.load.rebuild_seconds = rebuild_seconds;
 }
 
