@@ -200,9 +200,9 @@ class StepTimes(unittest.TestCase):
                    "busy": {"force": 1e-7, "integrate": 2e-8, "halo_exchange": 4e-8, "binning": 1e-7, "pair_build": 5e-7, "rebalance": 0}, "idle_share": 0.01}
             path = os.path.join(folder, "costs.json")
             with open(path, "w", encoding="utf-8") as file:
-                json.dump({"format": 1, "machine": {"processor": "some"}, "scene": {"contacts_per_grain": 3.0}, "runs": [run]}, file)
+                json.dump({"format": 1, "machine": {"processor": "some", "ranks": 1}, "runs": [run]}, file)
             costs = read_costs(path, 4)
-            self.assertEqual((costs.force, costs.pack, costs.steps_per_rebuild), (1e-7, 2e-8, 50.0))
+            self.assertEqual((costs.force, costs.pack, costs.steps_per_rebuild, costs.idle_share), (1e-7, 2e-8, 50.0, 0.01))
             picture, told = os.path.join(folder, "p.png"), os.path.join(folder, "p.json")
             done = tool("predict", "--costs", path, "--ranks", "16,64", "--no-weak", "--threads", "2", "--plot", picture, "--json", told)
             self.assertEqual(done.returncode, 0, done.stderr)

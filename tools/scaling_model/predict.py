@@ -45,7 +45,7 @@ def strong(bed, counts, rule, costs, machine):
     first = points[0]
     for p in points:
         p.efficiency = first.seconds * first.ranks / (p.seconds * p.ranks)
-    return Series(f"strong: {bed.grains:.3g} grains", points)
+    return Series(f"strong from {counts[0]} ranks, {bed.grains:.3g} grains", points)
 
 
 def weak(bed, counts, rule, costs, machine):
@@ -57,7 +57,7 @@ def weak(bed, counts, rule, costs, machine):
         points.append(point(grown, ranks, rule, costs, machine))
     for p in points:
         p.efficiency = points[0].seconds / p.seconds
-    return Series(f"weak: {WEAK_GRAINS:.3g} grains a rank", points)
+    return Series(f"weak, {WEAK_GRAINS:.3g} grains a rank", points)
 
 
 def table(series):

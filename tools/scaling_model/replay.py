@@ -1,6 +1,6 @@
 """The step's task graph and messages, replayed over all ranks at once.
 
-Time stands still within a node of the model; arrays hold one number a rank. A firing of the graph on a rank with T threads:
+Every array here holds one number a rank. A firing of the graph on a rank with T threads:
 
   begin      when the rank has ended its last firing and the reduction that it started a firing ago is there
   1          force of tiles without ghosts, integrate of those that only such tiles surround:   inner work / T
@@ -10,7 +10,7 @@ Time stands still within a node of the model; arrays hold one number a rank. A f
   4          messages are packed (one thread each) and put on the wire, one after the other: a message arrives a latency after
              its last byte left; what a rank sends in a step shares its bandwidth
 
-Compute nodes go before the poll, so stage 2 never interrupts stage 1. Messages leave after stage 3: the last border tile is the last to
+Compute nodes go before the poll, so stage 2 never interrupts stage 1 (traces of one thread show this order to the node). Messages leave after stage 3: the last border tile is the last to
 integrate, or nearly. The reduction starts at `begin` of a firing and is there 2 log2(R) latencies after the last rank began.
 `progress = "background"` lets messages and reductions move while ranks compute. With "calls" they move only inside MPI, as Open MPI
 does without help: large messages (rendezvous) start when their receiver polls, and a reduction when the last rank waits for it.
@@ -66,7 +66,7 @@ class Replay:
         self.ranks = shares.ranks()
         self.wait = 2.0 * math.log2(self.ranks) * machine.hop if self.ranks > 1 else 0.0
         self.random = np.random.default_rng(machine.seed)
-        # Slower and faster ranks, evenly spread, one of them the slowest: fixed for a run, and no two runs differ.
+        # Slower and faster ranks, evenly spread, one of them the slowest: the same ones in every replay.
         spread = np.random.default_rng(machine.seed).uniform(-1.0, 1.0, shares.shape)
         if self.ranks > 1:
             spread -= spread.mean()
@@ -132,7 +132,7 @@ class Replay:
         time = 3 * self.wait                                                        # choose_skin, learn_costs
         time += float(np.max(s.grains * c.migrate_scan * slow)) + exchange + self.wait
         time += float(np.max(binning)) + self.wait
-        build = (s.grains * c.halo_scan + self.ranks * c.rank_scan + s.ghosts * c.halo_ghost) * slow
+        build = (s.grains * c.halo_scan + s.ghosts * c.halo_ghost) * slow
         time += float(np.max(build + s.ghosts * RECORD_BYTES / m.bandwidth)) + exchange
         time += float(np.max(pairs * (1.0 + s.twice))) + self.wait
         return time
