@@ -30,7 +30,7 @@ from scaling_model.subdomains import Domain, SliceGrid, choose_rank_grid
 from scaling_model.traffic import halo_traffic
 
 DIAMETER, SKIN = 1e-3, 0.1
-LENGTH, DEPTH, WIDTH, HEIGHT = 0.020, 0.010, 0.0032, 0.014  # the width has room for two subdomains, each of which sees its own image
+LENGTH, DEPTH, WIDTH, HEIGHT = 0.020, 0.010, 0.0032, 0.014  # the width has room for two subdomains, and each sees its own image
 CONFIG = """
 [bed]
 file = "bed.txt"
@@ -75,8 +75,9 @@ class TrafficOfRuns(unittest.TestCase):
         cls.runs = {}
         for ranks, grid in ((2, "0,0,0"), (4, "2,1,2"), (8, "2,2,2")):
             cls.runs[ranks] = cls.folder / f"ranks{ranks}"
-            done = subprocess.run(["mpirun", "-n", str(ranks), "--oversubscribe", "--bind-to", "none", BINARY, "run", str(cls.folder / "small.toml"), "--steps", "0",
-                                   "--threads", "1", "--out", str(cls.runs[ranks]), "--set", f"engine.rank_grid=[{grid}]"], capture_output=True, text=True, timeout=120, check=False)
+            command = ["mpirun", "-n", ranks, "--oversubscribe", "--bind-to", "none", BINARY, "run", cls.folder / "small.toml", "--steps", 0,
+                       "--threads", 1, "--out", cls.runs[ranks], "--set", f"engine.rank_grid=[{grid}]"]
+            done = subprocess.run(list(map(str, command)), capture_output=True, text=True, timeout=120, check=False)
             if done.returncode != 0:
                 raise AssertionError(done.stdout + done.stderr)
 
@@ -197,7 +198,8 @@ class StepTimes(unittest.TestCase):
     def test_prediction_prints_and_reads_costs(self):
         with tempfile.TemporaryDirectory() as folder:
             run = {"threads": 1, "settle": None, "shorten": {"particle_steps_per_second": 8e6, "steps_per_rebuild": 50},
-                   "busy": {"force": 1e-7, "integrate": 2e-8, "halo_exchange": 4e-8, "binning": 1e-7, "pair_build": 5e-7, "rebalance": 0}, "idle_share": 0.01}
+                   "busy": {"force": 1e-7, "integrate": 2e-8, "halo_exchange": 4e-8, "binning": 1e-7, "pair_build": 5e-7, "rebalance": 0},
+                   "idle_share": 0.01}
             path = os.path.join(folder, "costs.json")
             with open(path, "w", encoding="utf-8") as file:
                 json.dump({"format": 1, "machine": {"processor": "some", "ranks": 1}, "runs": [run]}, file)

@@ -1,10 +1,10 @@
 """A bed of sand shared out evenly: how much each rank holds, sees and sends, from geometry alone.
 
-A rank owns a box a x b x c of sand of n grains a volume. Its sides that face another rank have area S in all; the bed's own faces have no
-neighbour. With the reach r = d_max + skin (farthest centres of a listed pair):
+A rank owns a box a x b x c of sand of n grains a volume. Its sides that face another rank have area S in all; the bed's own
+faces have no neighbour. With the reach r = d_max + skin (farthest centres of a listed pair):
   ghosts       n (volume of the box widened by r at those sides - volume of the box)
-  pairs twice  a contact is d long and of any direction, so n z d / 2 of them cross a unit of area (n z contacts a volume, and |cos| is 1/2
-               in the mean). They are evaluated on both sides; on one rank each counts half. So the force takes
+  pairs twice  a contact is d long and of any direction, so n z d / 2 of them cross a unit of area (n z contacts a volume, and
+               |cos| is 1/2 in the mean). They are evaluated on both sides; on one rank each counts half. So the force takes
                    1 + g times as long,   g = d S / (4 a b c)
                whatever z is; `scaling-model traffic` compares this with contacts counted in a run. Integrate does not grow.
   tiles        by the engine's own rule; those of the outermost layer at a cut side see ghosts and wait for them, and the
@@ -119,14 +119,14 @@ class Shares:
         return self.shape[0] * self.shape[1] * self.shape[2]
 
     def messages(self):
-        return sum(there.astype(int) for _, _, there in self.send.values()) if self.send else np.zeros(self.shape, int)
+        return sum((there.astype(int) for _, _, there in self.send.values()), np.zeros(self.shape, int))
 
     def bytes(self):
-        return sum(GHOST_BYTES * g + CHUNK_BYTES * c for g, c, _ in self.send.values()) if self.send else np.zeros(self.shape)
+        return sum((GHOST_BYTES * g + CHUNK_BYTES * c for g, c, _ in self.send.values()), np.zeros(self.shape))
 
 
 def own_share(cells, axis, sides, layers, size, reach):
-    """The share of a rank's own length that lies behind so many layers of tiles at each side with a neighbour (equal on both sides)."""
+    """The share of a rank's own length that lies behind so many layers of tiles at each side with a neighbour."""
     n, width = int(cells.tiles[axis]), (size + sides * reach) / int(cells.cells[axis])
     if sides == 0:
         return 1.0

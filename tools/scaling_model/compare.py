@@ -27,14 +27,15 @@ def exact(run, every_rank=False):
         same = np.array_equal(model[name], there)
         equal = equal and same
         off = "" if same else f", first at rank {int(np.flatnonzero(model[name] != there)[0])}"
-        lines.append(f"  {run.ranks:>5} {grid:>8}  {name:<14} {int(np.sum(model[name])):>12} {int(np.sum(there)):>12}  {'equal on every rank' if same else 'DIFFERS' + off}")
+        lines.append(f"  {run.ranks:>5} {grid:>8}  {name:<14} {int(np.sum(model[name])):>12} {int(np.sum(there)):>12}  "
+                     + ("equal on every rank" if same else "DIFFERS" + off))
         if every_rank:
             lines += [f"  {rank:>14}  {name:<14} {int(model[name][rank]):>12} {int(there[rank]):>12}" for rank in range(run.ranks)]
     return lines, equal
 
 
 def doubled_contacts(run, grid):
-    """The share of contacts that two ranks evaluate: counted, and d S / (4 V) from the areas between subdomains (scaling_model/bed.py)."""
+    """The share of contacts that two ranks evaluate: counted, and d S / (4 V) of all areas between subdomains (bed.py)."""
     pairs = run.contact_pairs()
     counted = contacts_on_two_ranks(grid.owners(run.positions), pairs) / max(len(pairs), 1)
     # The sand ends at its outer grains, half a diameter beyond their centres.
@@ -64,7 +65,8 @@ def step_times(one, many, machine):
     out = []
     for run in many:
         steps = run.summary["steps"]
-        bed = Bed(run.summary["particles"], extent[0], extent[1], extent[2], one.domain.length(1), one.summary["skin"] / one.diameter, bool(one.domain.periodic[2]))
+        bed = Bed(run.summary["particles"], *extent, one.domain.length(1), one.summary["skin"] / one.diameter,
+                  bool(one.domain.periodic[2]))
         own = dataclasses.replace(costs, steps_per_rebuild=steps / run.summary["rebuilds"])
         shape = SliceGrid.from_run(run.column("lo"), run.column("hi"), one.domain).shape
         shares = Shares(bed, shape)

@@ -20,7 +20,7 @@ class Costs:
     binning: float = 114e-9       # a grain and rebuild
     pair_build: float = 457e-9    # a grain and rebuild
     steps_per_rebuild: float = 100.0
-    idle_share: float = 0.0       # of a worker's time in no phase: graph, decisions, and with several threads what they wait for each other
+    idle_share: float = 0.0       # of a worker's time in no phase: graph, decisions; with several threads also waiting
     # Parts of a rebuild that run on one thread whatever T is. Not measured: estimates from what the loops read.
     migrate_scan: float = 1e-9    # a grain: who leaves (parallel) and the parcels around it
     halo_scan: float = 3e-9       # a grain: whether it lies near a cut (Halo::build)
@@ -57,7 +57,8 @@ def costs_of_run(run):
     grains, steps, rebuilds = run.summary["particles"], run.summary["steps"], run.summary["rebuilds"]
     seconds = {name: phase["mean"] for name, phase in run.summary["phases"].items()}
     busy = sum(seconds[name] for name in ("force", "integrate", "binning", "pair_build"))
-    return Costs(source=f"phases of {run.folder}", force=seconds["force"] / (grains * steps), integrate=seconds["integrate"] / (grains * steps),
+    return Costs(source=f"phases of {run.folder}",
+                 force=seconds["force"] / (grains * steps), integrate=seconds["integrate"] / (grains * steps),
                  binning=seconds["binning"] / (grains * rebuilds), pair_build=seconds["pair_build"] / (grains * rebuilds),
                  steps_per_rebuild=steps / rebuilds,
                  idle_share=max(0.0, 1.0 - busy / run.summary["stepping_seconds"]))

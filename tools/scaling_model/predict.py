@@ -61,29 +61,35 @@ def weak(bed, counts, rule, costs, machine):
 
 
 def table(series):
-    lines = [f"  {'ranks':>6} {'grid':>11} {'grains':>9} {'ghosts':>8} {'inner':>5} {'msgs':>4} {'MB':>6} {'ms/step':>9} {'eff':>6}  lost to, % of a step"]
+    lines = [f"  {'ranks':>6} {'grid':>11} {'grains':>9} {'ghosts':>8} {'inner':>5} {'msgs':>4} {'MB':>6} {'ms/step':>9} {'eff':>6}"
+             "  lost to, % of a step"]
     for s in series:
         lines.append(f"  {s.name}")
         for p in s.points:
-            lost = ", ".join(f"{name} {100 * share:.1f}" for name, share in sorted(p.losses.items(), key=lambda item: -item[1]) if share >= 5e-4)
+            most_first = sorted(p.losses.items(), key=lambda item: -item[1])
+            lost = ", ".join(f"{name} {100 * share:.1f}" for name, share in most_first if share >= 5e-4)
             grid = "x".join(map(str, p.shape))
-            lines.append(f"  {p.ranks:>6} {grid:>11} {p.grains:>9.0f} {p.ghosts:>8.0f} {p.inner:>5.2f} {p.messages:>4} {p.megabytes:>6.2f} "
-                         f"{1e3 * p.seconds:>9.3f} {p.efficiency:>6.3f}  {lost or '-'}")
+            lines.append(f"  {p.ranks:>6} {grid:>11} {p.grains:>9.0f} {p.ghosts:>8.0f} {p.inner:>5.2f} {p.messages:>4} "
+                         f"{p.megabytes:>6.2f} {1e3 * p.seconds:>9.3f} {p.efficiency:>6.3f}  {lost or '-'}")
     return "\n".join(lines)
 
 
 def assumptions(bed, costs, machine):
     return "\n".join([
         f"Bed         {bed.grains:.3g} grains in {bed.length:g} x {bed.depth:g} x {bed.width:g} m (so d = {1e6 * bed.diameter():.0f} um), "
-        f"domain {bed.height:g} m high; reach {bed.reach() / bed.diameter():.2f} d",
+        f"domain {bed.height:g} m high;",
+        f"            reach of lists {bed.reach() / bed.diameter():.2f} d",
         f"Costs       {costs.source}:",
-        f"            force {1e9 * costs.force:.0f}, integrate {1e9 * costs.integrate:.0f} ns a grain and step; ghosts packed and unpacked "
-        f"{1e9 * (costs.pack + costs.unpack):.0f} ns a ghost and step (unmeasured unless a file tells)",
+        f"            force {1e9 * costs.force:.0f}, integrate {1e9 * costs.integrate:.0f} ns a grain and step; "
+        f"ghosts packed and unpacked {1e9 * (costs.pack + costs.unpack):.0f} ns a ghost and step",
         f"            binning {1e9 * costs.binning:.0f}, pair build {1e9 * costs.pair_build:.0f} ns a grain and rebuild, "
-        f"every {costs.steps_per_rebuild:.0f} steps; cuts move every {machine.rebalance_steps:.0f}; serial parts of a rebuild are estimates",
-        f"Network     {1e6 * machine.latency:g} us, {1e-9 * machine.bandwidth:g} GB/s a rank; no congestion, no distance; progress: {machine.progress}",
-        f"Imbalance   max/mean {machine.imbalance:g} on any number of ranks; noise {machine.noise:g}",
-        "Threads     share a rank's tiles without loss but for the last tile; memory bandwidth of many cores is not modelled. Slower threads",
-        "            would make steps longer and efficiencies higher. One rank is one process: a node, if it has as many cores as threads.",
-        "Losses      what a step gains when one thing is taken away and all else kept; they need not add up. " + ", ".join(LOSSES) + ".",
+        f"every {costs.steps_per_rebuild:.0f} steps; serial parts of a rebuild are estimates",
+        f"Network     {1e6 * machine.latency:g} us, {1e-9 * machine.bandwidth:g} GB/s a rank; no congestion, no distance; "
+        f"progress: {machine.progress}",
+        f"Imbalance   max/mean {machine.imbalance:g} on any number of ranks; noise {machine.noise:g}; "
+        f"cuts move every {machine.rebalance_steps:.0f} steps",
+        "Threads     share a rank's tiles without loss but for the last tile; what many cores take from each other's memory bandwidth",
+        "            is not modelled: it would make steps longer and efficiencies higher. One rank is one process.",
+        "Losses      what a step gains when one thing is taken away and all else kept; they need not add up:",
+        "            " + ", ".join(LOSSES),
     ])

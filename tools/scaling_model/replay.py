@@ -10,12 +10,15 @@ Every array here holds one number a rank. A firing of the graph on a rank with T
   4          messages are packed (one thread each) and put on the wire, one after the other: a message arrives a latency after
              its last byte left; what a rank sends in a step shares its bandwidth
 
-Compute nodes go before the poll, so stage 2 never interrupts stage 1 (traces of one thread show this order to the node). Messages leave after stage 3: the last border tile is the last to
-integrate, or nearly. The reduction starts at `begin` of a firing and is there 2 log2(R) latencies after the last rank began.
+Compute nodes go before the poll, so stage 2 never interrupts stage 1 (traces of one thread show this order, node by node).
+Messages leave after stage 3: the last border tile is the last to integrate, or nearly. The reduction starts at `begin` of a
+firing and is there 2 log2(R) latencies after the last rank began.
 `progress = "background"` lets messages and reductions move while ranks compute. With "calls" they move only inside MPI, as Open MPI
 does without help: large messages (rendezvous) start when their receiver polls, and a reduction when the last rank waits for it.
+Not in the model: congestion and distance in the network, memory bandwidth shared by threads, output, snapshots and checkpoints.
 
-A rebuild (every K steps) is a chain of collectives, so of all ranks' longest stages. Counted in runtime/engine_step.cpp and phase/*.cpp:
+A rebuild (every K steps) is a chain of collectives, so of all ranks' longest stages. They are counted in
+runtime/engine_step.cpp and phase/*.cpp:
   choose_skin           1 all-reduce
   learn_costs           2
   move_cuts             when due: 1 for the extent, and up to kMostSums an axis of 16 numbers a part (here SUMS_OF_AXIS)

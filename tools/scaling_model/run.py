@@ -1,7 +1,7 @@
 """A run of talus-sandbox on disk, as far as its decomposition goes: run.ckpt and summary.json.
 
-The lists of a run are those of the saved positions if no step was taken since they were built: `run CONFIG --steps 0`, from a bed file or
-a kept bed.
+The lists of a run are those of the saved positions if no step was taken since they were built: `run CONFIG --steps 0`, from a
+bed file or a kept bed.
 """
 import json
 import os
@@ -51,8 +51,8 @@ class Run:
     def read_lists(self):
         """And what lists follow from: reach and cuts. Only of a run whose lists are those of its checkpoint."""
         if self.summary["steps"] != 0:
-            raise RunError(f"{self.folder}: {self.summary['steps']} steps were taken, so grains have left the places that lists were built from; "
-                           "run with --steps 0 from a bed file or a kept bed")
+            raise RunError(f"{self.folder}: {self.summary['steps']} steps were taken, so grains have left the places that lists were "
+                           "built from; run with --steps 0 from a bed file or a kept bed")
         self.read_state()
         self.reach = self.diameter + self.summary["skin"]
         self.tile_grains = self.summary["configuration"]["engine"]["tile_grains"]

@@ -1,8 +1,8 @@
 """Who owns what: the slice grid of ranks, and the cells and tiles of a rank.
 
-The rules are those of core/slice_grid.cpp, core/balance.cpp (cuts of equal cost), core/cells.cpp and runtime/phase/binning.cpp, written
-anew for numpy. Cells and tiles are computed in the engine's own order of operations in double precision: a floor that falls the other way
-would give another grid.
+The rules are those of core/slice_grid.cpp, core/balance.cpp (cuts of equal cost), core/cells.cpp and runtime/phase/binning.cpp,
+written anew for numpy. Cells and tiles are computed in the engine's own order of operations in double precision: a floor that
+falls the other way would give another grid.
 """
 import dataclasses
 import math
@@ -52,7 +52,7 @@ class SliceGrid:
 
     @classmethod
     def from_run(cls, lo, hi, domain):
-        """From subdomains as a run tells them: outer ends are the domain's, so the first along an axis are those that begin with it."""
+        """From subdomains as a run tells them: outer ends are the domain's, and so tell which come first along an axis."""
         boxes = np.stack([lo, hi], axis=1).astype(float)
         ranks = len(boxes)
         first = lo == domain.lo
@@ -70,20 +70,22 @@ class SliceGrid:
         """Cuts that give every rank as many grains: what the engine's balance comes to when all grains cost the same."""
         boxes = np.empty((shape[0] * shape[1] * shape[2], 2, 3))
         boxes[:, 0], boxes[:, 1] = -np.inf, np.inf
-        index = [np.arange(len(boxes)) // (shape[1] * shape[2]), np.arange(len(boxes)) % shape[1], np.arange(len(boxes)) // shape[1] % shape[2]]
+        rank = np.arange(len(boxes))
+        index = (rank // (shape[1] * shape[2]), rank % shape[1], rank // shape[1] % shape[2])
 
         def divide(rows, ranks, depth):
             if depth == 3:
                 return
             axis = ORDER[depth]
             parts, x = shape[axis], np.sort(positions[rows, axis])
-            ends = [-np.inf] + [0.5 * (x[len(x) * k // parts - 1] + x[len(x) * k // parts]) for k in range(1, parts)] + [np.inf]
+            middle = [len(x) * k // parts for k in range(1, parts)]
+            ends = [-np.inf] + [0.5 * (x[m - 1] + x[m]) for m in middle] + [np.inf]
             for k in range(parts):
                 mine = ranks[index[axis][ranks] == k]
                 boxes[mine, 0, axis], boxes[mine, 1, axis] = ends[k], ends[k + 1]
                 divide(rows[(positions[rows, axis] >= ends[k]) & (positions[rows, axis] < ends[k + 1])], mine, depth + 1)
 
-        divide(np.arange(len(positions)), np.arange(len(boxes)), 0)
+        divide(np.arange(len(positions)), rank, 0)
         return cls(boxes, shape)
 
     def owners(self, positions):

@@ -1,7 +1,8 @@
 """What each rank sends in a step, exactly, from positions and cuts: the rule of runtime/comm/halo.cpp, written anew.
 
 reach      2 r_max + skin: the farthest that the centres of a listed pair are apart
-neighbour  a rank, or an image of one on a periodic axis that is cut, whose subdomain widened by the reach comes within another reach of mine
+neighbour  a rank, or an image of one on a periodic axis that is cut, whose subdomain widened by the reach comes within another
+           reach of mine
 ghost      a grain of mine inside a neighbour's widened subdomain, once for each image
 chunk      a tile of mine whose grains' box comes within a reach of the widened subdomain, once for each rank (not for each image):
            its displacements are sent even when none of its grains are, for the receiver must know how far it moved
