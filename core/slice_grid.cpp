@@ -52,6 +52,11 @@ Box SliceGrid::box(int rank) const {
     return b;
 }
 
+double halo_surface(const std::array<int, 3>& grid, const double (&lengths)[3]) {
+    const double a = lengths[0] / grid[0], b = lengths[1] / grid[1], c = lengths[2] / grid[2];
+    return (grid[0] > 1 ? b * c : 0.0) + (grid[1] > 1 ? a * c : 0.0) + (grid[2] > 1 ? a * b : 0.0);
+}
+
 std::array<int, 3> choose_rank_grid(int n_ranks, const double (&lengths)[3], const std::array<int, 3>& given) {
     std::array<int, 3> best{0, 0, 0};
     double least = std::numeric_limits<double>::infinity();
@@ -60,9 +65,7 @@ std::array<int, 3> choose_rank_grid(int n_ranks, const double (&lengths)[3], con
         for (int y = 1; y <= n_ranks / x; ++y) {
             const int z = n_ranks / x / y;
             if (n_ranks / x % y != 0 || (given[1] > 0 && given[1] != y) || (given[2] > 0 && given[2] != z)) continue;
-            const double a = lengths[0] / x, b = lengths[1] / y, c = lengths[2] / z;
-            // Only axes that are cut have halo faces.
-            const double surface = (x > 1 ? b * c : 0.0) + (y > 1 ? a * c : 0.0) + (z > 1 ? a * b : 0.0);
+            const double surface = halo_surface({x, y, z}, lengths);
             if (surface < least) {
                 least = surface;
                 best = {x, y, z};

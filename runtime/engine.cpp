@@ -19,7 +19,7 @@ using core::Particle;
 Engine::Engine(const Settings& settings, std::unique_ptr<Communicator> comm) {
     if (const std::string faults = settings_faults(settings, comm->size()); !faults.empty()) fail(ErrorKind::argument, "{}", faults);
     state_ = std::make_unique<EngineState>(settings, std::move(comm));
-    set_rank_grid();
+    choose_slices(*state_);
 }
 
 Engine::~Engine() = default;
@@ -35,20 +35,11 @@ std::unique_ptr<Engine> Engine::load(const std::string& path, const Settings& se
     EngineState& s = *engine->state_;
     load_checkpoint(s, path);
     s.sub.laid_out = true;
-    engine->set_rank_grid();
     engine->lists_stale_ = true;
     engine->setup_stale_ = false;
     engine->forces_stale_ = false;
     engine->prepare();
     return engine;
-}
-
-void Engine::set_rank_grid() {
-    EngineState& s = *state_;
-    const core::Domain& d = s.model.settings.domain;
-    const double lengths[3] = {d.length(0), d.length(1), d.length(2)};
-    s.slices = core::SliceGrid(d, core::choose_rank_grid(s.comm->size(), lengths, s.model.settings.rank_grid));
-    sliced_ = false;
 }
 
 void Engine::require_healthy() const {
@@ -131,6 +122,7 @@ void Engine::refresh_lists() {
     EngineState& s = *state_;
     const core::Domain& d = s.model.settings.domain;
     const double reach = s.model.required_reach();
+    if (!sliced_) choose_slices(s);
     for (int a = 0; a < 3; ++a) {
         if (d.periodic[a] && d.length(a) < 2.0 * reach)
             fail(ErrorKind::argument, "the periodic length along {} is {} m, below 2 (d_max + skin) = {} m: a grain would meet the same partner twice. Make the domain longer, the skin smaller, or the axis closed", "xyz"[a], d.length(a), 2.0 * reach);
@@ -144,7 +136,6 @@ void Engine::refresh_lists() {
         poisoned_ = true; // half of the histories may be in new lists
         throw;
     }
-    sliced_ = true;
     rebuild_due_ = false;
     lists_stale_ = false;
     verdict_stale_ = true;
@@ -192,6 +183,7 @@ void Engine::prepare() {
     if (lists_stale_ || !s.graph) refresh_lists();
     if (forces_stale_) first_forces();
     forces_stale_ = false;
+    sliced_ = true; // grains that come before the first step may still change how they are shared out
     refresh_contexts(s);
     ++generation_;
 }

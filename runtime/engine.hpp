@@ -72,7 +72,6 @@ private:
     void check_setup();
     void fix_units();
     void derive_parameters();
-    void set_rank_grid();
     void refresh_lists();
     void expect_motion();
     void first_forces();
@@ -100,7 +99,7 @@ private:
     bool setup_stale_ = true;   // materials, laws, step: checks and parameters
     bool forces_stale_ = true;  // no forces yet for these grains
     bool verdict_stale_ = true; // the carried rebuild decision knows nothing of the present velocities
-    bool sliced_ = false;
+    bool sliced_ = false;       // subdomains follow the grains
     bool rebuild_due_ = false;
     std::int64_t verdict_step_ = 0; // at which the verdict under way was taken
     std::string trace_path_;

@@ -186,6 +186,7 @@ namespace {
 void renew_graph(EngineState& s) {
     GraphShape shape;
     shape.talks = s.parallel() && s.halo.talks();
+    shape.parts = s.halo.n_parts();
     shape.tiles = s.sub.tiles.size();
     for (int a = 0; a < 3; ++a) shape.beside[a] = core::tiles_beside(s.sub.order, a);
     for (const core::Tile& t : s.sub.tiles) shape.sees_ghosts.push_back(!t.ghost_chunks.empty());
@@ -218,11 +219,11 @@ void renew_graph(EngineState& s) {
         if (s.halo_under_way) guarded([&] { arrived = s.halo.arrived(); });
         return arrived;
     };
-    hooks.halo_take = [&s, guarded] {
-        guarded([&] {
-            if (s.halo_under_way) s.halo.unpack(s.sub);
-            if (s.integrate.begin) s.halo.start_receives();
-        });
+    hooks.halo_take = [&s](int part) {
+        if (s.halo_under_way) s.halo.take(part, s.sub);
+    };
+    hooks.halo_taken = [&s, guarded] {
+        if (s.integrate.begin) guarded([&] { s.halo.start_receives(); });
     };
     s.graph.reset();
     s.graph = std::make_unique<StepGraph>(s.workers, std::move(shape), std::move(hooks));

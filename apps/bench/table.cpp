@@ -122,7 +122,8 @@ double empty_firing(EngineState& s, int& nodes) {
     runtime::StepHooks hooks;
     hooks.force = hooks.integrate = hooks.send = [](int) {};
     hooks.halo_arrived = [] { return true; };
-    hooks.halo_take = [] {};
+    hooks.halo_take = [](int) {};
+    hooks.halo_taken = [] {};
     runtime::StepGraph graph(s.workers, std::move(shape), std::move(hooks));
     graph.fire();
     return seconds_of([&] { for (int k = 0; k < kEmptyFirings; ++k) graph.fire(); }) / kEmptyFirings;

@@ -19,6 +19,7 @@ using core::Particle;
 namespace {
 
 constexpr int kGhostDoubles = 12;            // position, radius, velocity, mass, angular velocity, meta
+constexpr std::uint32_t kPart = 1024;        // ghosts that a node writes
 constexpr int kBoxDoubles = 12;              // a DisplacementBox
 static_assert(sizeof(DisplacementBox) == kBoxDoubles * sizeof(double));
 static_assert(offsetof(Particle, listed_position) == kGhostDoubles * sizeof(double));
@@ -140,6 +141,12 @@ struct Halo::Receive {
     std::vector<double> buffer;
 };
 
+/// Grains of a message that one node writes; the last part of a message brings its chunks too.
+struct Halo::Part {
+    std::size_t receive;
+    std::uint32_t first, end;
+};
+
 struct Halo::Requests {
     std::vector<MPI_Request> sends, receives;
     std::mutex guard; // sends come from any worker
@@ -168,6 +175,7 @@ void Halo::build(const core::SliceGrid& slices, const core::Domain& domain, doub
     release();
     sends_.clear();
     receives_.clear();
+    parts_.clear();
     sub.particles.resize(sub.n_owned);
     sub.ghost_shift.clear();
     sub.ghost_chunk.clear();
@@ -258,6 +266,7 @@ void Halo::build(const core::SliceGrid& slices, const core::Domain& domain, doub
     }
     for (Receive& r : receives_) {
         r.buffer.resize(static_cast<std::size_t>(r.count) * kGhostDoubles + r.n_chunks * kBoxDoubles);
+        for (std::uint32_t first = 0; first == 0 || first < r.count; first += kPart) parts_.push_back({static_cast<std::size_t>(&r - receives_.data()), first, std::min(r.count, first + kPart)});
         requests_->receives.emplace_back();
         check_mpi(MPI_Recv_init(r.buffer.data(), static_cast<int>(r.buffer.size()), MPI_DOUBLE, r.rank, kHaloTag, mpi, &requests_->receives.back()), "MPI_Recv_init");
     }
@@ -304,14 +313,17 @@ void Halo::progress() {
     if (receiving_) receiving_ = !test_all(requests_->receives);
 }
 
-void Halo::unpack(Subdomain& sub) {
-    for (const Receive& r : receives_) {
-        const double* in = r.buffer.data();
-        for (std::uint32_t k = 0; k < r.count; ++k, in += kGhostDoubles)
-            std::memcpy(&sub.particles[sub.n_owned + r.first + k], in, kGhostDoubles * sizeof(double));
-        for (std::uint32_t c = 0; c < r.n_chunks; ++c, in += kBoxDoubles)
-            std::memcpy(static_cast<void*>(&sub.chunk_displacement[static_cast<std::size_t>(r.first_chunk) + c]), in, sizeof(DisplacementBox));
-    }
+int Halo::n_parts() const { return static_cast<int>(parts_.size()); }
+
+void Halo::take(int part, Subdomain& sub) {
+    const Part& p = parts_[static_cast<std::size_t>(part)];
+    const Receive& r = receives_[p.receive];
+    for (std::uint32_t k = p.first; k < p.end; ++k)
+        std::memcpy(&sub.particles[sub.n_owned + r.first + k], r.buffer.data() + std::size_t{k} * kGhostDoubles, kGhostDoubles * sizeof(double));
+    if (p.end < r.count) return;
+    const double* boxes = r.buffer.data() + std::size_t{r.count} * kGhostDoubles;
+    for (std::uint32_t c = 0; c < r.n_chunks; ++c, boxes += kBoxDoubles)
+        std::memcpy(static_cast<void*>(&sub.chunk_displacement[static_cast<std::size_t>(r.first_chunk) + c]), boxes, sizeof(DisplacementBox));
 }
 
 void Halo::drain() {

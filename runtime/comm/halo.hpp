@@ -39,8 +39,10 @@ public:
     bool arrived();
     /// Let MPI go on with what is under way, unless another worker is at it: long messages move only inside its calls, on both sides.
     void progress();
-    /// Write what arrived into the ghosts.
-    void unpack(Subdomain& sub);
+    /// The ghosts are written in so many parts, which may be written at once.
+    int n_parts() const;
+    /// Write a part of what arrived into the ghosts.
+    void take(int part, Subdomain& sub);
     /// Wait for what is under way, both ways; nothing is written.
     void drain();
 
@@ -50,6 +52,7 @@ public:
 private:
     struct Send;
     struct Receive;
+    struct Part;
     struct Requests;
 
     void release();
@@ -57,6 +60,7 @@ private:
     Communicator& comm_;
     std::vector<Send> sends_;
     std::vector<Receive> receives_;
+    std::vector<Part> parts_;
     std::unique_ptr<Requests> requests_;
     bool receiving_ = false;
 };

@@ -24,10 +24,11 @@ struct StepGraph::Nodes {
     std::unique_ptr<flow::broadcast_node<flow::continue_msg>> start;
     std::unique_ptr<flow::function_node<flow::continue_msg>> poll;
     std::unique_ptr<flow::broadcast_node<flow::continue_msg>> arrived;
-    std::vector<std::unique_ptr<Node>> force, integrate, send;
+    std::unique_ptr<Join> ghosts; // all parts of them are written
+    std::vector<std::unique_ptr<Node>> take, force, integrate, send;
     std::vector<std::unique_ptr<Join>> joins;
-    Milestone fired, ghosts_written;
-    std::vector<Milestone> forces_done, integrated, sent;
+    Milestone fired, messages_here, ghosts_written;
+    std::vector<Milestone> taken, forces_done, integrated, sent;
     std::deque<std::vector<Milestone>> joined; // along each axis but the last
 
     /// What a compute node does. `before` are the milestones of its predecessors: one for every edge.
@@ -84,11 +85,16 @@ struct StepGraph::Nodes {
         mine.done();
     }
 
+    void all_taken() {
+        messages_here.after();
+        for (Milestone& part : taken) part.after();
+        hooks.halo_taken();
+        ghosts_written.done();
+    }
     void poll_once() {
         fired.after();
         if (hooks.halo_arrived()) {
-            workers.timed(Phase::halo_exchange, 0, [&] { hooks.halo_take(); });
-            ghosts_written.done();
+            messages_here.done();
             arrived->try_put(flow::continue_msg{});
             return;
         }
@@ -120,11 +126,19 @@ StepGraph::StepGraph(Workers& workers, GraphShape shape, StepHooks hooks) : shap
             n.poll = std::make_unique<flow::function_node<flow::continue_msg>>(*n.graph, flow::unlimited, [&n](flow::continue_msg) TALUS_TASK_BODY { n.poll_once(); });
             n.arrived = std::make_unique<flow::broadcast_node<flow::continue_msg>>(*n.graph);
             flow::make_edge(*n.start, *n.poll);
+            n.taken.resize(static_cast<std::size_t>(shape_.parts));
+            n.ghosts = std::make_unique<Nodes::Join>(*n.graph, [&n](flow::continue_msg) noexcept TALUS_TASK_BODY { n.all_taken(); });
+            flow::make_edge(*n.arrived, *n.ghosts);
+            for (int p = 0; p < shape_.parts; ++p) {
+                n.take.push_back(node(Phase::halo_exchange, p, n.hooks.halo_take, {&n.messages_here}, n.taken[static_cast<std::size_t>(p)]));
+                flow::make_edge(*n.arrived, *n.take.back());
+                flow::make_edge(*n.take.back(), *n.ghosts);
+            }
         }
         for (std::size_t t = 0; t < n_tiles; ++t) {
             const bool waits = talks && shape_.sees_ghosts[t];
             n.force.push_back(node(Phase::force, static_cast<int>(t), n.hooks.force, {waits ? &n.ghosts_written : &n.fired}, n.forces_done[t]));
-            flow::make_edge(waits ? *n.arrived : *n.start, *n.force.back());
+            flow::make_edge(waits ? static_cast<flow::sender<flow::continue_msg>&>(*n.ghosts) : *n.start, *n.force.back());
         }
         Nodes::Layer layer{{}, &n.forces_done};
         for (const auto& f : n.force) layer.nodes.push_back(f.get());

@@ -31,6 +31,8 @@ void end_watch(EngineState& s);
 bool watch_lists(EngineState& s, std::int64_t steps, double skin_use, double apart);
 /// Choose the skin of the coming lists, if it is automatic. [collective]
 void choose_skin(EngineState& s);
+/// Equal subdomains, as many along each axis as the settings say, or as give the grains there are the least halos. [collective]
+void choose_slices(EngineState& s);
 /// Move cuts if the policy says so, and migrate. @param first  there are no cuts that follow the grains yet [collective]
 void rebalance(EngineState& s, bool first);
 /// Notes on the work of this rank from here on. @param rebuild_seconds  that the rebuild took [local]

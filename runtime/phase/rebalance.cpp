@@ -21,9 +21,10 @@ constexpr double kUnit = 1e-12;           // s, of the time of a grain or a rank
 constexpr double kLong = 1e-9;            // s, of the time of a list's life, in sums
 constexpr double kDearest = 8.0;          // times the rank's mean that a grain of a tile may cost: a tile of few grains was timed badly
 constexpr std::int64_t kFirstLook = 64;   // steps after which lists may be given up for balance, and at every doubling of them
+constexpr double kOtherGrid = 0.2;        // share of the halos to be spared for which all grains may change rank
 constexpr int kBlock = 4096;              // grains a task
 
-/// The box of all grains, the same on every rank.
+/// The box of all grains, the same on every rank; a periodic axis counts whole.
 core::Box global_extent(EngineState& s) {
     std::vector<double> v(6, -HUGE_VAL);
     for (LocalIndex i = 0; i < s.sub.n_owned; ++i)
@@ -39,6 +40,15 @@ core::Box global_extent(EngineState& s) {
         box.hi[a] = d.periodic[a] || !std::isfinite(v[3 + a]) ? d.hi[a] : v[3 + a];
     }
     return box;
+}
+
+/// Numbers of subdomains along the axes that give the grains the least halos. @param out_gain  of the halos there are now, that are spared
+std::array<int, 3> best_grid(const EngineState& s, const core::Box& extent, double& out_gain) {
+    double lengths[3];
+    for (int a = 0; a < 3; ++a) lengths[a] = std::max(extent.hi[a] - extent.lo[a], s.model.diameter());
+    const auto grid = core::choose_rank_grid(s.comm->size(), lengths, s.model.settings.rank_grid);
+    out_gain = 1.0 - core::halo_surface(grid, lengths) / std::max(core::halo_surface(s.slices.grid(), lengths), 1e-300);
+    return grid;
 }
 
 /// What a grain of each old tile costs.
@@ -73,8 +83,17 @@ private:
 
 core::SliceGrid balanced_cuts(EngineState& s, double grain_seconds) {
     const GrainCosts cost(s.sub, grain_seconds);
+    const core::Box extent = global_extent(s);
+    core::SliceGrid start = s.slices;
+    double gain = 0.0;
+    const auto grid = best_grid(s, extent, gain);
+    const core::Domain& d = s.model.settings.domain;
+    bool fits = true; // as Engine::refresh_lists requires
+    for (int a = 0; a < 3; ++a) fits = fits && (grid[a] == 1 || d.length(a) / grid[a] >= s.model.reach());
+    // Sand that has settled, or was pushed together, has another shape than what was poured.
+    if (fits && gain > kOtherGrid) start = core::SliceGrid(d, grid);
     const int n_blocks = static_cast<int>((s.sub.n_owned + kBlock - 1) / kBlock);
-    return core::balance(s.slices, global_extent(s), {s.model.reach()}, [&](core::CostProfile& profile) {
+    return core::balance(start, extent, {s.model.reach()}, [&](core::CostProfile& profile) {
         std::vector<core::CostProfile> parts(static_cast<std::size_t>(s.workers.threads()), profile); // one a worker
         s.workers.for_each(Phase::rebalance, n_blocks, [&](int b) {
             core::CostProfile& part = parts[static_cast<std::size_t>(Workers::current())];
@@ -151,6 +170,12 @@ bool move_cuts(EngineState& s, bool first) {
 }
 
 } // namespace
+
+void choose_slices(EngineState& s) {
+    double gain = 0.0;
+    s.slices = core::SliceGrid(s.model.settings.domain, {1, 1, 1});
+    s.slices = core::SliceGrid(s.model.settings.domain, best_grid(s, global_extent(s), gain));
+}
 
 void begin_load(EngineState& s, double rebuild_seconds) {
     s.load.busy_before = LoadWatch::step_seconds(s.workers);

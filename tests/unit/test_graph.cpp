@@ -28,8 +28,10 @@ std::vector<core::Tile> ring(int n, bool ghosts) {
     return tiles;
 }
 
+constexpr int kParts = 3; // of the ghosts
+
 GraphShape shape_of(const std::vector<core::Tile>& tiles, bool talks, std::vector<std::vector<int>> tiles_of_send) {
-    GraphShape shape{talks, tiles.size(), {}, {}, std::move(tiles_of_send)};
+    GraphShape shape{talks, talks ? kParts : 0, tiles.size(), {}, {}, std::move(tiles_of_send)};
     for (const core::Tile& t : tiles) {
         shape.beside[1].push_back(t.neighbours);
         shape.sees_ghosts.push_back(!t.ghost_chunks.empty());
@@ -42,7 +44,7 @@ struct Watch {
     std::vector<core::Tile> tiles;
     std::vector<std::vector<int>> tiles_of_send;
     std::vector<std::atomic<int>> force, integrate, send;
-    std::atomic<int> taken{0}, polls{0}, polls_needed{0}, breaches{0};
+    std::atomic<int> parts{0}, taken{0}, polls{0}, polls_needed{0}, breaches{0};
     int firing = 0;
 
     Watch(std::vector<core::Tile> t, std::vector<std::vector<int>> sends) : tiles(std::move(t)), tiles_of_send(std::move(sends)), force(tiles.size()), integrate(tiles.size()), send(tiles_of_send.size()) {}
@@ -65,7 +67,8 @@ struct Watch {
             expect(send[static_cast<std::size_t>(k)]++ == firing);
         };
         h.halo_arrived = [this] { return ++polls >= polls_needed; };
-        h.halo_take = [this] { expect(taken++ == firing); };
+        h.halo_take = [this](int) { expect(parts++ / kParts == firing && taken == firing && polls >= polls_needed); };
+        h.halo_taken = [this] { expect(taken++ == firing && parts == kParts * (firing + 1)); };
         return h;
     }
     void expect_all_fired(int times, bool talks) {
@@ -74,6 +77,7 @@ struct Watch {
         for (const auto& n : integrate) EXPECT_EQ(n, times);
         for (const auto& n : send) EXPECT_EQ(n, times);
         EXPECT_EQ(taken, talks ? times : 0);
+        EXPECT_EQ(parts, talks ? kParts * times : 0);
     }
 };
 
@@ -121,7 +125,7 @@ TEST(Graph, a_tile_in_a_grid_moves_after_the_forces_of_all_around_it_through_cor
 
         Workers workers(2);
         Watch watch(tiles, {});
-        GraphShape shape{false, tiles.size(), {}, std::vector<bool>(tiles.size(), false), {}};
+        GraphShape shape{false, 0, tiles.size(), {}, std::vector<bool>(tiles.size(), false), {}};
         for (int a = 0; a < 3; ++a) shape.beside[a] = core::tiles_beside(order, a);
         StepGraph graph(workers, std::move(shape), watch.hooks());
         for (watch.firing = 0; watch.firing < 300; ++watch.firing) graph.fire();
@@ -158,7 +162,8 @@ TEST(Graph, tiles_without_ghosts_work_while_the_halo_is_awaited_and_the_poll_let
         h.send = [](int) {};
         // The message comes only after all inner tiles are done: if they waited for it, this would never end.
         h.halo_arrived = [&] { return inner == 4; };
-        h.halo_take = [&] { arrived = true; };
+        h.halo_take = [](int) {};
+        h.halo_taken = [&] { arrived = true; };
         StepGraph graph(workers, shape_of(tiles, true, {}), h);
         for (int k = 0; k < 200; ++k) {
             inner = 0;
