@@ -27,7 +27,7 @@ public:
 
     ExitCode run() {
         check_paths();
-        check_memory(team_, input_.plan);
+        check_memory(team_, input_.config, input_.plan);
         start_ = std::chrono::steady_clock::now();
         record_.threads = input_.threads;
         // Nothing is written before the engine has accepted everything.
@@ -175,7 +175,7 @@ ExitCode run(const Team& team, const Options& options) { return Experiment(team,
 ExitCode check(const Team& team, const Options& options) {
     const Input input = read_input(team, options);
     if (input.plan.has_bed_file) {
-        check_memory(team, input.plan);
+        check_memory(team, input.config, input.plan);
         const Scene scene = make_scene(team, input.config, input.plan, input.threads);
         insert_bed(scene, input.config, team, input.bed);
         prepare(scene, input.config);
