@@ -66,6 +66,7 @@ public:
         scene_ = make_scene(team, config, plan, threads);
         const Clock::time_point start = Clock::now();
         insert_bed(scene_, config, team, sample.bed);
+        set_faces(scene_, 0);
         prepare(scene_, config);
         start_seconds_ = seconds_since(start);
     }
@@ -208,8 +209,9 @@ private:
         const double without = resident_bytes();
         m.bytes_per_grain = (m.bytes_per_grain - without) / grains_;
         m.saving_bytes_per_grain = (m.saving_bytes_per_grain - without) / grains_;
-        const double of_sample = static_cast<double>(sample_.bed.label.size()) * (sizeof(std::int64_t) + 4 * sizeof(double));
-        m.base_bytes = std::max(0.0, without - of_sample);
+        constexpr std::size_t kOfGrain = sizeof(std::int64_t) + 4 * sizeof(double);
+        const double of_beds = static_cast<double>(sample_.bed.label.size() * (kOfGrain + sizeof(std::int32_t)) + input_.bed.label.size() * kOfGrain);
+        m.base_bytes = std::max(0.0, without - of_beds);
     }
 
     void start_moving(const Scene& scene) const {
@@ -219,6 +221,7 @@ private:
         const double velocity[3] = {shorten.speed, 0, 0};
         if (rides) scene.engine.check(talus_particles_add_velocity(scene.engine.get(), velocity), "starting the sand");
         set_wall_speed(scene, shorten.speed);
+        set_faces(scene, shorten.moving.front ? shorten.speed : 0);
     }
 
     void summarise(RunCosts& run, const Blocks& blocks, const Clocks& before, const Clocks& after, double ghosts) const {

@@ -1,7 +1,6 @@
 #include "command_line.hpp"
 
 #include <iostream>
-#include <limits>
 #include <sstream>
 
 #include <CLI/CLI.hpp>
@@ -43,15 +42,15 @@ unless --costs names another. Without one, built-in costs of some machine are us
   talus-sandbox plan CONFIG --ranks 16384 --threads 8 --latency 1.5e-6 --bandwidth 5e9)";
 
 void add_plan_options(CLI::App* plan, Options& options) {
-    const auto positive = CLI::Range(std::numeric_limits<double>::min(), std::numeric_limits<double>::max());
+    const auto rate = CLI::Range(1.0, 1e18);
     plan->add_option("--ranks", options.ranks, "MPI ranks to plan for; default: those that plan")->type_name("R")->check(CLI::Range(1, 10'000'000));
     plan->add_flag("--calibrate", options.calibrate, "measure the costs of this experiment on this machine, and keep them");
     plan->add_option("--costs", options.costs, "file of costs, read or, with --calibrate, written")->type_name("FILE");
     plan->add_option("--latency", options.latency, "of a message [s]; default 2e-6")->type_name("S")->check(CLI::Range(0.0, 1.0));
-    plan->add_option("--bandwidth", options.bandwidth, "of the network, a rank [byte/s]; default 10e9")->type_name("B")->check(positive);
+    plan->add_option("--bandwidth", options.bandwidth, "of the network, a rank [byte/s]; default 10e9")->type_name("B")->check(rate);
     plan->add_option("--disk", options.disk, "rate of writing files, all ranks together [byte/s]; default: as measured by one rank")
         ->type_name("B")
-        ->check(positive);
+        ->check(rate);
     plan->add_option("--json", options.json, "write the forecast in JSON; - to the standard output, and nothing else there")->type_name("FILE");
 }
 

@@ -62,7 +62,8 @@ FilesForecast files_of(const Config& config, const Plan& plan, const Costs& cost
     files.walls = (kWallsRow + kWallsWall * walls) * rows;
 
     const double snapshots = files.snapshot * static_cast<double>(files.snapshots);
-    files.on_disk = files.settled_bed + files.checkpoint + snapshots + files.walls;
+    // Of checkpoints the one before the last is kept.
+    files.on_disk = files.settled_bed + files.checkpoint * static_cast<double>(std::min<std::int64_t>(files.checkpoints, 2)) + snapshots + files.walls;
     files.written = files.settled_bed + files.checkpoint * static_cast<double>(files.checkpoints) + snapshots + files.walls;
     return files;
 }

@@ -77,8 +77,9 @@ Forecast make_forecast(const Config& config, const Plan& plan, const Costs& cost
 std::string forecast_text(const Config& config, const Plan& plan, const Costs& costs, const Forecast& forecast);
 std::string forecast_json(const Config& config, const Plan& plan, const Costs& costs, const Forecast& forecast);
 
-// Peak of resident memory of the fullest rank, by built-in costs. For runs, which measure nothing first. [byte]
+// Peak of resident memory of the fullest rank, by built-in costs, for runs, which measure nothing first; and a line that tells it.
 double expected_rank_bytes(const Config& config, const Plan& plan, std::int32_t ranks);
+std::string memory_text(const Config& config, const Plan& plan, std::int32_t ranks);
 
 } // namespace talus::sandbox
 

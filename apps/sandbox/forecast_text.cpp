@@ -25,6 +25,10 @@ std::string origin_text(const Costs& costs) {
 
 } // namespace
 
+std::string memory_text(const Config& config, const Plan& plan, std::int32_t ranks) {
+    return fmt::format("memory      about {} {}\n", size_text(expected_rank_bytes(config, plan, ranks)), ranks == 1 ? "at most" : "a rank at most");
+}
+
 std::string forecast_text(const Config& config, const Plan& plan, const Costs& costs, const Forecast& f) {
     const Machine& m = f.machine;
     std::string text = plan_text(config, plan) + origin_text(costs);

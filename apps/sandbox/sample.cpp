@@ -6,7 +6,6 @@
 
 #include <fmt/format.h>
 
-#include "scene.hpp"
 #include "settled_bed.hpp"
 #include "stages.hpp"
 
@@ -23,6 +22,9 @@ constexpr double kColumnWidth = 6;      // largest diameters at least
 constexpr double kColumnSeconds = 40;   // then settling is given up
 constexpr double kDeepest = 500;        // diameters; a deeper bed is represented by its upper part
 constexpr std::int64_t kRestSteps = 200;
+constexpr double kFace = 3; // largest radii: thickness of the faces that are held
+
+enum Group : std::int32_t { kFree, kFrontFace, kBackFace };
 
 double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
@@ -96,13 +98,27 @@ Bed settle_column(const Config& config, const Plan& plan, std::int32_t threads, 
     return bed;
 }
 
-// Copies side by side, in walls where the experiment has them.
-Bed tile(const Bed& column, const Plan& plan, bool periodic_z, double grains) {
+// Without its neighbours a face of the cut would give way and the sand loosen, so the outermost grains are held in place: a rough
+// wall that fits. Plane walls stand a radius outside.
+void hold(Bed& bed, double below, double above) {
+    bed.group.assign(bed.label.size(), kFree);
+    for (std::size_t i = 0; i < bed.label.size(); ++i) {
+        const double x = bed.position[3 * i];
+        bed.group[i] = x < below ? kFrontFace : x > above ? kBackFace : kFree;
+    }
+}
+
+// Copies side by side, with a front and a back face. Sides are periodic: side walls cost next to nothing.
+Bed tile(const Bed& column, const Plan& plan, double grains) {
     const double width[2] = {column.hi[0] - column.lo[0], column.hi[2] - column.lo[2]};
     const double most_x = std::max(1.0, std::floor(plan.length() / width[0])), most_z = std::max(1.0, std::floor(plan.width() / width[1]));
     const double copies = std::max(1.0, grains / static_cast<double>(column.radius.size()));
     const double nz = std::clamp(std::round(std::sqrt(copies)), 1.0, most_z), nx = std::clamp(std::round(copies / nz), 1.0, most_x);
     Bed bed;
+    const auto total = static_cast<std::size_t>(nx * nz) * column.radius.size();
+    bed.label.reserve(total);
+    bed.position.reserve(3 * total);
+    bed.radius.reserve(total);
     for (double ix = 0; ix < nx; ++ix)
         for (double iz = 0; iz < nz; ++iz)
             for (std::size_t i = 0; i < column.radius.size(); ++i) {
@@ -111,36 +127,46 @@ Bed tile(const Bed& column, const Plan& plan, bool periodic_z, double grains) {
                                                          column.position[3 * i + 2] + iz * width[1]});
                 bed.radius.push_back(column.radius[i]);
             }
-    // Centres lie anywhere between the faces of the periodic column: walls stand a radius outside.
-    const double x_room = plan.radius_max, z_room = periodic_z ? 0 : plan.radius_max;
-    bed.lo = {-x_room, plan.lo[1], -z_room};
-    bed.hi = {nx * width[0] + x_room, plan.hi[1], nz * width[1] + z_room};
+    const double length = nx * width[0], thickness = std::min(kFace * plan.radius_max, 0.2 * length);
+    bed.lo = {-plan.radius_max, plan.lo[1], 0};
+    bed.hi = {length + plan.radius_max, plan.hi[1], nz * width[1]};
+    hold(bed, thickness, length - thickness);
     return bed;
 }
 
-// The first grains behind the front wall, with the back stop where they end.
+// The first grains behind the front wall; with a back face, if there are more.
 Bed slice(const Bed& all, const Plan& plan, double grains) {
     const std::size_t count = all.radius.size();
+    if (grains >= static_cast<double>(count)) return all;
+    std::vector<double> x(count);
+    for (std::size_t i = 0; i < count; ++i) x[i] = all.position[3 * i];
+    const auto end = x.begin() + static_cast<std::ptrdiff_t>(grains);
+    std::nth_element(x.begin(), end, x.end());
+    const double cut = *end;
     Bed bed;
     bed.lo = plan.lo;
     bed.hi = plan.hi;
-    if (grains < static_cast<double>(count)) {
-        std::vector<double> x(count);
-        for (std::size_t i = 0; i < count; ++i) x[i] = all.position[3 * i];
-        const auto end = x.begin() + static_cast<std::ptrdiff_t>(grains);
-        std::nth_element(x.begin(), end, x.end());
-        bed.hi[0] = std::min(bed.hi[0], *end + plan.radius_max);
-    }
     for (std::size_t i = 0; i < count; ++i) {
-        if (all.position[3 * i] > bed.hi[0] - plan.radius_max && bed.hi[0] < plan.hi[0]) continue;
+        if (all.position[3 * i] > cut) continue;
         bed.label.push_back(all.label[i]);
         bed.position.insert(bed.position.end(), &all.position[3 * i], &all.position[3 * i] + 3);
         bed.radius.push_back(all.radius[i]);
     }
+    bed.hi[0] = std::min(bed.hi[0], cut + plan.radius_max);
+    bed.label.shrink_to_fit();
+    bed.position.shrink_to_fit();
+    bed.radius.shrink_to_fit();
+    hold(bed, plan.lo[0], cut - kFace * plan.radius_max);
     return bed;
 }
 
 } // namespace
+
+void set_faces(const Scene& scene, double speed) {
+    const double velocity[3] = {speed, 0, 0};
+    scene.engine.check(talus_group_set(scene.engine.get(), kFrontFace, TALUS_GROUP_DRIVEN, velocity, nullptr), "moving the front face");
+    scene.engine.check(talus_group_set(scene.engine.get(), kBackFace, TALUS_GROUP_FROZEN, nullptr, nullptr), "holding the back face");
+}
 
 Plan Sample::settling_plan() const {
     Plan settling = plan;
@@ -161,6 +187,7 @@ Sample make_sample(const Team& team, const Input& input, std::int32_t threads, c
     sample.config.bed.file = "the sample of calibration";
     sample.config.bed.max_overlap = 1;
     sample.config.engine.rank_grid = {0, 0, 0};
+    if (!input.plan.has_bed_file) sample.config.box.periodic_z = true;
     const double wanted = std::min(kSampleGrains * team.size(), static_cast<double>(input.plan.grains));
     BedSummary summary;
     team.on_root([&] {
@@ -173,7 +200,7 @@ Sample make_sample(const Team& team, const Input& input, std::int32_t threads, c
             faults.throw_if_any("the column that calibration settles");
             plan.periodic_x = true;
             tell(fmt::format("settling a column of {} grains", plan.grains));
-            sample.bed = tile(settle_column(config, plan, threads, sample.column.emplace()), input.plan, input.config.box.periodic_z, wanted);
+            sample.bed = tile(settle_column(config, plan, threads, sample.column.emplace()), input.plan, wanted);
         }
         summary = sample.bed.summary();
     });
@@ -181,7 +208,7 @@ Sample make_sample(const Team& team, const Input& input, std::int32_t threads, c
     sample.plan = input.plan;
     sample.plan.grains = summary.count;
     sample.plan.lo = summary.lo;
-    sample.plan.hi = summary.hi;
+    sample.plan.hi = {summary.hi[0], input.plan.hi[1], summary.hi[2]};
     return sample;
 }
 

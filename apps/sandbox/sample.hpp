@@ -1,7 +1,7 @@
 // sample.hpp: the grains that calibration steps, a settled piece of the experiment of some 200,000 grains: lists, sums and histories
 // then do not fit into caches, as in a real run. Of a bed file it is a slice behind the front wall. Else a column of the same
 // sand and depth, some grains wide and periodic along x and z, is filled and settled as the experiment would be, and the sample
-// is as many copies of it, side by side, as it takes.
+// is as many copies of it, side by side, as it takes. Where the sample was cut off along x its outermost grains are held.
 #ifndef TALUS_SANDBOX_SAMPLE_HPP
 #define TALUS_SANDBOX_SAMPLE_HPP
 
@@ -11,6 +11,7 @@
 
 #include "costs.hpp"
 #include "input.hpp"
+#include "scene.hpp"
 
 namespace talus::sandbox {
 
@@ -30,6 +31,9 @@ struct Sample {
     Plan settling_plan() const;
     Plan shortening_plan() const;
 };
+
+// The grains that stand for what was cut off in front move at `speed` [m/s], those at the back stay. [collective]
+void set_faces(const Scene& scene, double speed);
 
 // @param threads  of the one rank that settles the column
 // @param tell     called on rank 0 with what is being done

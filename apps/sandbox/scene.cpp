@@ -185,6 +185,7 @@ void insert_bed(const Scene& scene, const Config& config, const Team& team, cons
         particles.label = bed.label.data();
         particles.position = bed.position.data();
         particles.radius = bed.radius.data();
+        particles.group = bed.group.empty() ? nullptr : bed.group.data();
     }
     scene.engine.check(talus_particles_insert(scene.engine.get(), &particles, config.bed.max_overlap), config.bed.file);
 }
