@@ -27,7 +27,8 @@ constexpr std::int64_t kWarmLists = 3; // lists after which the automatic skin h
 constexpr std::int64_t kLists = 5;     // lists that are watched
 constexpr double kWarmSeconds = 8;     // at most
 constexpr double kLeastSeconds = 4, kMostSeconds = 14;
-constexpr std::int64_t kRestBlocks = 8; // without friction and at rest, where lists last
+constexpr double kLeastForMemory = 20e3; // grains of a rank
+constexpr std::int64_t kRestBlocks = 8;  // without friction and at rest, where lists last
 
 double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
@@ -53,7 +54,8 @@ struct Blocks {
     std::int64_t count() const { return static_cast<std::int64_t>(quiet.size() + rebuilding.size()); }
     double step_seconds() const {
         const double all = static_cast<double>(count());
-        const double mean = (static_cast<double>(quiet.size()) * median(quiet) + static_cast<double>(rebuilding.size()) * median(rebuilding)) / all;
+        const double mean =
+            (static_cast<double>(quiet.size()) * median(quiet) + static_cast<double>(rebuilding.size()) * median(rebuilding)) / all;
         return mean / kBlock;
     }
 };
@@ -135,6 +137,7 @@ public:
         costs_.grains = sample_.plan.grains;
         grains_ = static_cast<double>(costs_.grains) / team_.size();
         if (sample_.column) costs_.settling = sample_.column->settling;
+        give_memory_back(); // what reading or settling left must not count as the sample's
         costs_.runs.push_back(measure(input_.threads));
         if (input_.threads > 1) costs_.runs.insert(costs_.runs.begin(), measure(1));
         return costs_;
@@ -170,18 +173,22 @@ private:
         const Blocks blocks = bench.run([](std::int64_t, std::int64_t count, double) { return count >= kRestBlocks; });
         StageCosts settle;
         settle.particle_steps_per_second = grains_ / blocks.step_seconds();
-        settle.steps_per_rebuild = static_cast<double>(blocks.count() * kBlock) / std::max<double>(1, static_cast<double>(blocks.rebuilding.size()));
+        settle.steps_per_rebuild =
+            static_cast<double>(blocks.count() * kBlock) / std::max<double>(1, static_cast<double>(blocks.rebuilding.size()));
         if (sample_.column) settle.particle_steps_per_second *= sample_.column->speed / sample_.column->speed_at_rest;
         return settle;
     }
 
     void shortening(RunCosts& run) {
         const bool is_first = skin_ == 0;
+        double stepping = 0, saving = 0; // peaks of resident bytes
         {
             const Bench bench(team_, sample_, sample_.shortening_plan(), run.threads, is_first ? sample_.config.engine.skin : skin_);
             start_moving(bench.scene());
             forget_peak();
-            bench.run([&](std::int64_t lists, std::int64_t, double seconds) { return lists >= (is_first ? kWarmLists : 1) || seconds > kWarmSeconds; });
+            bench.run([&](std::int64_t lists, std::int64_t, double seconds) {
+                return lists >= (is_first ? kWarmLists : 1) || seconds > kWarmSeconds;
+            });
             const Clocks before = bench.clocks();
             const Blocks blocks = bench.run([](std::int64_t lists, std::int64_t, double seconds) {
                 return (lists >= kLists && seconds > kLeastSeconds) || seconds > kMostSeconds;
@@ -194,24 +201,24 @@ private:
                 costs_.skin_diameters = state.skin / (2 * sample_.plan.radius_max);
                 costs_.contacts_per_grain = static_cast<double>(state.contacts) / static_cast<double>(state.particles);
                 costs_.start_seconds_per_grain = bench.start_seconds() / grains_;
-                costs_.memory.bytes_per_grain = peak_bytes();
+                stepping = peak_bytes();
                 save(bench.scene());
-                costs_.memory.saving_bytes_per_grain = peak_bytes();
+                saving = peak_bytes();
             }
         }
-        if (is_first) memory();
+        if (is_first) measure_memory(stepping, saving);
     }
 
-    // From the level without the engine. What the allocator keeps of it counts as base.
-    void memory() {
+    // From the level without the engine. What the allocator keeps of it counts as base, so small samples tell nothing.
+    void measure_memory(double stepping, double saving) {
         give_memory_back();
-        MemoryCosts& m = costs_.memory;
         const double without = resident_bytes();
-        m.bytes_per_grain = (m.bytes_per_grain - without) / grains_;
-        m.saving_bytes_per_grain = (m.saving_bytes_per_grain - without) / grains_;
         constexpr std::size_t kOfGrain = sizeof(std::int64_t) + 4 * sizeof(double);
-        const double of_beds = static_cast<double>(sample_.bed.label.size() * (kOfGrain + sizeof(std::int32_t)) + input_.bed.label.size() * kOfGrain);
-        m.base_bytes = std::max(0.0, without - of_beds);
+        const double of_beds =
+            static_cast<double>(sample_.bed.label.size() * (kOfGrain + sizeof(std::int32_t)) + input_.bed.label.size() * kOfGrain);
+        costs_.memory = reference_memory(costs_);
+        if (without <= of_beds || grains_ < kLeastForMemory) return;
+        costs_.memory = {(stepping - without) / grains_, (saving - without) / grains_, without - of_beds, true};
     }
 
     void start_moving(const Scene& scene) const {

@@ -23,11 +23,11 @@ struct Options {
     // Of `plan`.
     std::optional<std::int32_t> ranks; // to plan for; the ranks that plan if not given
     bool calibrate = false;
-    std::string costs; // a file; empty: the default one, if it exists
-    double latency = 2e-6;   // [s]
-    double bandwidth = 10e9; // [byte/s] of a rank
+    std::string costs;          // a file; empty: the default one, if it exists
+    double latency = 2e-6;      // [s]
+    double bandwidth = 10e9;    // [byte/s] of a rank
     std::optional<double> disk; // [byte/s]
-    std::string json; // a file, or - for the standard output
+    std::string json;           // a file, or - for the standard output
 };
 
 // Reads the command line. Returns false when the program is to end with `out_exit_code`: after --help, --version or a

@@ -9,7 +9,8 @@
 //               a rank, rebuilds of lists included; steps_per_rebuild), busy (seconds, summed over threads; force and
 //               integrate a grain and step, halo_exchange a ghost and step, binning, pair_build and rebalance a grain and
 //               rebuild), idle_share (1 - busy/(threads wall)). settle is null with a bed file, halo_exchange on one rank
-//   memory      bytes_per_grain (most while stepping), saving_bytes_per_grain (most while a checkpoint is written), base_bytes
+//   memory      bytes_per_grain (most while stepping), saving_bytes_per_grain (most while a checkpoint is written), base_bytes,
+//               is_measured (false: built-in values, the sample was too small)
 //   start       seconds_per_grain (putting grains in, first lists)
 //   files       bytes_per_second (writing a checkpoint)
 #include "costs.hpp"
@@ -65,7 +66,8 @@ public:
     }
     std::int64_t whole(const char* name, std::int64_t least) const {
         const Json& found = entry(name);
-        if (!found.is_number_integer() || found.get<std::int64_t>() < least) fail(name, found, fmt::format("a whole number from {} on", least));
+        if (!found.is_number_integer() || found.get<std::int64_t>() < least)
+            fail(name, found, fmt::format("a whole number from {} on", least));
         return found.get<std::int64_t>();
     }
     std::string text(const char* name) const {
@@ -130,14 +132,16 @@ Json run_json(const RunCosts& run) {
 } // namespace
 
 const RunCosts& Costs::run(std::int32_t threads) const {
-    return *std::min_element(runs.begin(), runs.end(),
-                             [&](const RunCosts& a, const RunCosts& b) { return std::abs(a.threads - threads) < std::abs(b.threads - threads); });
+    return *std::min_element(runs.begin(), runs.end(), [&](const RunCosts& a, const RunCosts& b) {
+        return std::abs(a.threads - threads) < std::abs(b.threads - threads);
+    });
 }
 
 Costs read_costs(const std::string& path) {
     std::ifstream stream(path);
     if (!stream)
-        throw Failure(kExitInput, fmt::format("{}: cannot be opened: {}; make it with --calibrate, or leave --costs out", path, std::strerror(errno)));
+        throw Failure(kExitInput,
+                      fmt::format("{}: cannot be opened: {}; make it with --calibrate, or leave --costs out", path, std::strerror(errno)));
     std::stringstream text;
     text << stream.rdbuf();
     Json json;
@@ -166,7 +170,8 @@ Costs read_costs(const std::string& path) {
         costs.settling = Settling{settling.text("key"), settling.whole("steps", 0), settling.flag("is_at_rest")};
     }
     for (const Reader& run : all.list("runs")) costs.runs.push_back(read_run(run));
-    costs.memory = {memory.number("bytes_per_grain"), memory.number("saving_bytes_per_grain"), memory.number("base_bytes", true)};
+    costs.memory = {memory.number("bytes_per_grain"), memory.number("saving_bytes_per_grain"), memory.number("base_bytes", true),
+                    memory.flag("is_measured")};
     costs.start_seconds_per_grain = all.part("start").number("seconds_per_grain");
     costs.write_bytes_per_second = all.part("files").number("bytes_per_second");
     return costs;
@@ -187,7 +192,8 @@ void write_costs(const Costs& costs, const std::string& path) {
     for (const RunCosts& run : costs.runs) json["runs"].push_back(run_json(run));
     json["memory"] = {{"bytes_per_grain", costs.memory.bytes_per_grain},
                       {"saving_bytes_per_grain", costs.memory.saving_bytes_per_grain},
-                      {"base_bytes", costs.memory.base_bytes}};
+                      {"base_bytes", costs.memory.base_bytes},
+                      {"is_measured", costs.memory.is_measured}};
     json["start"] = {{"seconds_per_grain", costs.start_seconds_per_grain}};
     json["files"] = {{"bytes_per_second", costs.write_bytes_per_second}};
 
@@ -197,7 +203,8 @@ void write_costs(const Costs& costs, const std::string& path) {
     std::ofstream stream(part);
     stream << json.dump(2) << "\n";
     stream.close();
-    if (!stream) throw Failure(kExitIo, fmt::format("{}: cannot be written: {}; give another file with --costs", path, std::strerror(errno)));
+    if (!stream)
+        throw Failure(kExitIo, fmt::format("{}: cannot be written: {}; give another file with --costs", path, std::strerror(errno)));
     fs::rename(part, path, error);
     if (error) throw Failure(kExitIo, fmt::format("{}: cannot be written: {}; give another file with --costs", path, error.message()));
 }
@@ -225,11 +232,28 @@ bool saves(const Config& config) {
     return config.run.checkpoint || config.run.checkpoint_every > 0 || (config.bed.file.empty() && config.settle.keep);
 }
 
+namespace {
+
+// More or less history a contact.
+double history_bytes(std::int32_t doubles, const Costs& costs) {
+    return 8.0 * (doubles - costs.history_doubles) * costs.contacts_per_grain;
+}
+
+} // namespace
+
+MemoryCosts reference_memory(const Costs& costs) {
+    const Costs reference = reference_costs();
+    MemoryCosts memory = reference.memory;
+    const double more = history_bytes(costs.history_doubles, reference);
+    memory.bytes_per_grain += more;
+    memory.saving_bytes_per_grain += more;
+    return memory;
+}
+
 double rank_bytes(const Costs& costs, const Config& config, double grains_and_ghosts) {
     const MemoryCosts& memory = costs.memory;
     const double most = saves(config) ? std::max(memory.bytes_per_grain, memory.saving_bytes_per_grain) : memory.bytes_per_grain;
-    const double histories = 8.0 * (history_doubles(config.laws) - costs.history_doubles) * costs.contacts_per_grain;
-    return memory.base_bytes + (most + histories) * grains_and_ghosts;
+    return memory.base_bytes + (most + history_bytes(history_doubles(config.laws), costs)) * grains_and_ghosts;
 }
 
 } // namespace talus::sandbox

@@ -31,7 +31,7 @@ struct RunCosts {
     std::int32_t threads = 1;
     std::optional<StageCosts> settle; // not with a bed file
     StageCosts shorten;
-    BusyCosts busy;       // while shortening
+    BusyCosts busy;        // while shortening
     double idle_share = 0; // of the threads' time, in no phase
 };
 
@@ -39,6 +39,7 @@ struct MemoryCosts {
     double bytes_per_grain = 0;        // most that is held while stepping, rebuilds of lists included
     double saving_bytes_per_grain = 0; // ... and while a checkpoint is written
     double base_bytes = 0;             // of a process without grains
+    bool is_measured = false;          // else built in: the sample was too small
 };
 
 // The settling of a column of the same sand, see sample.hpp.
@@ -55,9 +56,9 @@ struct Costs {
     std::string build;
     std::int32_t ranks = 1; // that measured
 
-    std::int64_t grains = 0; // of the sample, over all ranks
-    double contacts_per_grain = 0; // between grains, each counted once
-    double skin_diameters = 0;     // the list skin over the largest diameter
+    std::int64_t grains = 0;          // of the sample, over all ranks
+    double contacts_per_grain = 0;    // between grains, each counted once
+    double skin_diameters = 0;        // the list skin over the largest diameter
     std::int32_t history_doubles = 0; // a contact, under the laws measured
     std::string laws;
     std::optional<Settling> settling;
@@ -74,6 +75,8 @@ struct Costs {
 
 // Measured once, on a machine that is not this one.
 Costs reference_costs();
+// ... of its memory, with the histories of other costs.
+MemoryCosts reference_memory(const Costs& costs);
 
 // Throws a Failure that names the file, the entry and what would be right. [local]
 Costs read_costs(const std::string& path);

@@ -13,10 +13,10 @@ namespace talus::sandbox {
 
 namespace {
 
-constexpr double kGhostBytes = 96;       // twelve doubles a ghost and step (runtime/comm/halo.cpp), and a chunk
+constexpr double kGhostBytes = 96;   // twelve doubles a ghost and step (runtime/comm/halo.cpp), and a chunk
 constexpr double kTileGrains = 1024; // when [engine] tile_grains is 0
-constexpr double kImbalance = 1.1;       // largest over mean load, up to which subdomains are left as they are
-constexpr double kGhostWork = 0.25;      // of a grain: its contacts with own grains are evaluated on both ranks
+constexpr double kImbalance = 1.1;   // largest over mean load, up to which subdomains are left as they are
+constexpr double kGhostWork = 0.25;  // of a grain: its contacts with own grains are evaluated on both ranks
 
 // Checkpoints (runtime/io/checkpoint_layout.hpp): columns of a grain with the ones that ParaView needs, a contact at both of
 // its grains. Snapshots (runtime/io/snapshot.cpp).
@@ -38,7 +38,9 @@ FilesForecast files_of(const Config& config, const Plan& plan, const Costs& cost
     FilesForecast files;
     const double grains = static_cast<double>(plan.grains);
     const double contacts = 2 * costs.contacts_per_grain * grains;
-    const auto checkpoint = [&](int doubles) { return kCheckpointHead + kCheckpointGrain * grains + (kCheckpointContact + 8.0 * doubles) * contacts; };
+    const auto checkpoint = [&](int doubles) {
+        return kCheckpointHead + kCheckpointGrain * grains + (kCheckpointContact + 8.0 * doubles) * contacts;
+    };
     if (!plan.has_bed_file && config.settle.keep) files.settled_bed = checkpoint(0);
     const std::int64_t during = config.run.checkpoint_every > 0 ? plan.shorten_steps / config.run.checkpoint_every : 0;
     files.checkpoints = during + (config.run.checkpoint ? 1 : 0);
@@ -63,17 +65,27 @@ FilesForecast files_of(const Config& config, const Plan& plan, const Costs& cost
 
     const double snapshots = files.snapshot * static_cast<double>(files.snapshots);
     // Of checkpoints the one before the last is kept.
-    files.on_disk = files.settled_bed + files.checkpoint * static_cast<double>(std::min<std::int64_t>(files.checkpoints, 2)) + snapshots + files.walls;
+    files.on_disk =
+        files.settled_bed + files.checkpoint * static_cast<double>(std::min<std::int64_t>(files.checkpoints, 2)) + snapshots + files.walls;
     files.written = files.settled_bed + files.checkpoint * static_cast<double>(files.checkpoints) + snapshots + files.walls;
     return files;
 }
 
-std::int64_t settle_steps(const Config& config, const Plan& plan, const Costs& costs, bool& out_is_measured) {
-    out_is_measured = costs.settling && costs.settling->is_at_rest && costs.settling->key == settling_key(config);
-    const double decades = std::max(0.0, std::log(kSettleKinetic / config.settle.kinetic));
-    const double by_rule = plan.fall_time * (kSettleFalls + kSettleDecay * decades) / plan.step;
-    const std::int64_t steps = out_is_measured ? costs.settling->steps : static_cast<std::int64_t>(std::ceil(by_rule));
-    return std::min(steps, plan.settle_cap(config));
+struct SettleSteps {
+    std::int64_t steps;
+    bool is_measured;
+};
+
+SettleSteps settle_steps(const Config& config, const Plan& plan, const Costs& costs) {
+    const std::int64_t cap = plan.settle_cap(config);
+    const double decay = std::max(0.0, std::log(kSettleKinetic / config.settle.kinetic));
+    const double by_rule = std::ceil(plan.fall_time * (kSettleFalls + kSettleDecay * decay) / plan.step);
+    std::int64_t steps = std::min(static_cast<std::int64_t>(by_rule), cap);
+    if (!costs.settling || costs.settling->key != settling_key(config)) return {steps, false};
+    // A column that was given up tells at least how many steps do not suffice.
+    const Settling& column = *costs.settling;
+    steps = std::min(column.is_at_rest ? column.steps : std::max(column.steps, steps), cap);
+    return {steps, column.is_at_rest || column.steps >= cap};
 }
 
 class Forecaster {
@@ -119,8 +131,11 @@ private:
 
     void times() {
         out_.start_seconds = costs_.start_seconds_per_grain * out_.rank_grains;
-        if (!plan_.has_bed_file)
-            out_.settle = stage(settle_steps(config_, plan_, costs_, out_.settling_is_measured), run_.settle.value_or(run_.shorten));
+        if (!plan_.has_bed_file) {
+            const SettleSteps settling = settle_steps(config_, plan_, costs_);
+            out_.settling_is_measured = settling.is_measured;
+            out_.settle = stage(settling.steps, run_.settle.value_or(run_.shorten));
+        }
         out_.shorten = stage(plan_.shorten_steps, run_.shorten);
         out_.file_seconds = out_.files.written / out_.machine.write_bytes_per_second;
         out_.seconds = out_.start_seconds + out_.settle.seconds + out_.shorten.seconds + out_.file_seconds;
@@ -131,25 +146,34 @@ private:
     void assumptions() {
         const Machine& m = out_.machine;
         if (!plan_.has_bed_file)
-            assume(out_.settling_is_measured
-                       ? "Settling takes as many steps as it took in the calibrated column of this sand."
-                       : "Settling takes the steps of a rule of thumb, fitted to four columns of sand: right within a half at best, and the cap bounds it.");
+            assume(out_.settling_is_measured ? "Settling takes as many steps as it took in the calibrated column of this sand."
+                                             : "Settling takes the steps of a rule of thumb, fitted to four columns of sand: right within "
+                                               "a half at best, and the cap bounds it.");
         if (!plan_.has_bed_file && !run_.settle) assume("Settling steps as fast as shortening: costs were measured with a bed file.");
         if (costs_.laws != laws_text(config_.laws))
-            assume(fmt::format("Times are those of other laws ({}); memory and files are corrected for the histories of these ({}).", costs_.laws, laws_text(config_.laws)));
+            assume(fmt::format("Times are those of other laws ({}); memory and files are corrected for the histories of these ({}).",
+                               costs_.laws, laws_text(config_.laws)));
         if (run_.threads != m.threads)
-            assume(fmt::format("{} threads are {:.3g} times as fast as the {} that were measured.", m.threads, static_cast<double>(m.threads) / run_.threads, run_.threads));
-        assume(fmt::format("Each rank has {} of its own, as fast as the one measured{}.", m.threads == 1 ? "a processor" : fmt::format("{} processors", m.threads),
+            assume(fmt::format("{} threads are {:.3g} times as fast as the {} that were measured.", m.threads,
+                               static_cast<double>(m.threads) / run_.threads, run_.threads));
+        assume(fmt::format("Each rank has {} of its own, as fast as the one measured{}.",
+                           m.threads == 1 ? "a processor" : fmt::format("{} processors", m.threads),
                            m.ranks > costs_.ranks ? " and with its share of the memory bandwidth" : ""));
         if (m.ranks > 1) {
-            assume(fmt::format("The fullest rank has {:g} times the mean load; a ghost costs {:g} of a grain's step, and its packing.", kImbalance, kGhostWork));
-            assume(fmt::format("Messages take {:g} us each and {:g} GB/s a rank, and nothing of it is hidden behind work (Talus hides most of it).", 1e6 * m.latency, 1e-9 * m.bandwidth));
+            assume(fmt::format("The fullest rank has {:g} times the mean load; a ghost costs {:g} of a grain's step, and its packing.",
+                               kImbalance, kGhostWork));
+            assume(fmt::format(
+                "Messages take {:g} us each and {:g} GB/s a rank, and nothing of it is hidden behind work (Talus hides most of it).",
+                1e6 * m.latency, 1e-9 * m.bandwidth));
             if (!run_.busy.halo_exchange) assume("Packing of ghosts is a reference value, not measured here: calibrate under mpirun -n 2.");
         }
         assume(fmt::format("Files are written at {:.3g} MB/s by all ranks together, {}.", 1e-6 * m.write_bytes_per_second,
-                           m.write_bytes_per_second == costs_.write_bytes_per_second ? "as one rank did when costs were measured" : "as stated"));
-        if (!saves(config_)) assume("No checkpoint is written, so memory is that of stepping.");
-        else assume("Memory is that of writing a checkpoint, when most is held.");
+                           m.write_bytes_per_second == costs_.write_bytes_per_second ? "as one rank did when costs were measured"
+                                                                                     : "as stated"));
+        assume(saves(config_) ? "Memory is that of writing a checkpoint, when most is held; a ghost takes as much as a grain."
+                              : "No checkpoint is written, so memory is that of stepping; a ghost takes as much as a grain.");
+        if (!costs_.memory.is_measured && !costs_.is_built_in())
+            assume("Memory a grain is a built-in value: it needs a sample of 20,000 grains to be measured.");
     }
 };
 
@@ -164,7 +188,8 @@ Halo halo_of(const Config& config, const Plan& plan, std::int32_t ranks, double 
         given[axis] = static_cast<std::int32_t>(config.engine.rank_grid[axis]);
     }
     if (talus_rank_grid(lengths.data(), ranks, given.data(), halo.grid.data()) != TALUS_OK)
-        throw Failure(kExitInput, fmt::format("{}: {}: {}", where(config, "engine.rank_grid"), subject(config, "engine.rank_grid"), talus_message()));
+        throw Failure(kExitInput,
+                      fmt::format("{}: {}: {}", where(config, "engine.rank_grid"), subject(config, "engine.rank_grid"), talus_message()));
 
     const double skin = config.engine.skin > 0 ? config.engine.skin : skin_diameters * 2 * plan.radius_max;
     const double reach = 2 * plan.radius_max + skin;
@@ -179,9 +204,10 @@ Halo halo_of(const Config& config, const Plan& plan, std::int32_t ranks, double 
         const double size = halo.size[axis] = sand[axis] / parts;
         const double sides = parts == 1 ? 0 : parts == 2 && !is_periodic ? 1 : 2;
         if (const double room = lengths[axis] / parts; parts > 1 && room < 2 * plan.radius_max + plan.skin)
-            throw Failure(kExitInput, fmt::format("{} ranks: {} subdomains along {} would be {:.3g} m wide, less than grain and skin, {:.3g} m; "
-                                                  "use fewer ranks or give another engine.rank_grid",
-                                                  ranks, parts, "xyz"[axis], room, 2 * plan.radius_max + plan.skin));
+            throw Failure(kExitInput,
+                          fmt::format("{} ranks: {} subdomains along {} would be {:.3g} m wide, less than grain and skin, {:.3g} m; "
+                                      "use fewer ranks or give another engine.rank_grid",
+                                      ranks, parts, "xyz"[axis], room, 2 * plan.radius_max + plan.skin));
         own *= size;
         with_shell *= size + sides * reach;
         const double across = std::max(1.0, size / tile);

@@ -16,10 +16,10 @@ namespace talus::sandbox {
 
 struct Machine {
     std::int32_t ranks = 1;
-    std::int32_t threads = 1;             // of each rank
-    double latency = 2e-6;                // [s] a message
-    double bandwidth = 10e9;              // [byte/s] of a rank
-    double write_bytes_per_second = 0;    // to files, all ranks together; 0: as measured
+    std::int32_t threads = 1;          // of each rank
+    double latency = 2e-6;             // [s] a message
+    double bandwidth = 10e9;           // [byte/s] of a rank
+    double write_bytes_per_second = 0; // to files, all ranks together; 0: as measured
 };
 
 // What the rank with most neighbours holds and sends. Sand fills length x depth x width with a uniform number density n, and a
@@ -57,14 +57,14 @@ struct FilesForecast {
 struct Forecast {
     Machine machine;
     Halo halo;
-    double rank_grains = 0;       // of the fullest rank
+    double rank_grains = 0;           // of the fullest rank
     double rank_bytes = 0, bytes = 0; // peak of resident memory: of the fullest rank, and of all
     FilesForecast files;
     bool settling_is_measured = false;
     StageForecast settle, shorten;
     double start_seconds = 0; // fill or insertion and first lists
     double file_seconds = 0;
-    double seconds = 0; // in all
+    double seconds = 0;                   // in all
     std::vector<std::string> assumptions; // a sentence each
 };
 

@@ -22,7 +22,8 @@ void check_writable(const std::string& path) {
     std::filesystem::create_directories(folder, error);
     const std::string probe = path + ".part";
     std::ofstream stream(probe);
-    if (!stream) throw Failure(kExitIo, fmt::format("{}: cannot be written: {}; give another file with --costs", path, std::strerror(errno)));
+    if (!stream)
+        throw Failure(kExitIo, fmt::format("{}: cannot be written: {}; give another file with --costs", path, std::strerror(errno)));
     stream.close();
     std::filesystem::remove(probe, error);
 }
@@ -53,7 +54,8 @@ void write_json(const std::string& path, const std::string& text) {
     std::ofstream stream(path);
     stream << text;
     stream.close();
-    if (!stream) throw Failure(kExitIo, fmt::format("{}: cannot be written: {}; give another file with --json", path, std::strerror(errno)));
+    if (!stream)
+        throw Failure(kExitIo, fmt::format("{}: cannot be written: {}; give another file with --json", path, std::strerror(errno)));
 }
 
 } // namespace
