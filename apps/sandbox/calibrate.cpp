@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
+#include <ctime>
 #include <filesystem>
 #include <fstream>
 #include <map>
@@ -28,7 +29,8 @@ constexpr std::int64_t kLists = 5;     // lists that are watched
 constexpr double kWarmSeconds = 8;     // at most
 constexpr double kLeastSeconds = 4, kMostSeconds = 14;
 constexpr double kLeastForMemory = 20e3; // grains of a rank
-constexpr std::int64_t kRestBlocks = 8;  // without friction and at rest, where lists last
+constexpr double kUndisturbed = 0.95;
+constexpr double kRestSeconds = 2; // without friction and at rest, where lists last
 
 double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
@@ -43,6 +45,7 @@ double median(std::vector<double> values) {
 struct Clocks {
     std::map<std::string, double> busy;
     std::int64_t lists = 0; // grows with every rebuild
+    double processor = 0;   // [s] that this process had a processor
 
     double since(const Clocks& before, const char* phase) const { return busy.at(phase) - before.busy.at(phase); }
 };
@@ -82,6 +85,7 @@ public:
         auto count = static_cast<std::int32_t>(phases.size());
         scene_.engine.check(talus_engine_phases(scene_.engine.get(), &count, phases.data()), "reading the phases");
         Clocks clocks;
+        clocks.processor = static_cast<double>(std::clock()) / CLOCKS_PER_SEC;
         for (std::int32_t i = 0; i < count; ++i) clocks.busy[phases[i].name] = phases[i].mean;
         for (std::int32_t i = 0; i < count; ++i)
             if (std::string(phases[i].name) == "binning") clocks.lists = team_.from_root(phases[i].calls);
@@ -133,7 +137,7 @@ public:
         costs_.ranks = team_.size();
         costs_.laws = laws_text(input_.config.laws);
         costs_.history_doubles = history_doubles(input_.config.laws);
-        sample_ = make_sample(team_, input_, input_.threads, [this](const std::string& line) { say(line); });
+        sample_ = make_sample(team_, input_, [this](const std::string& line) { say(line); });
         costs_.grains = sample_.plan.grains;
         grains_ = static_cast<double>(costs_.grains) / team_.size();
         if (sample_.column) costs_.settling = sample_.column->settling;
@@ -170,7 +174,7 @@ private:
     // beside rest: falling grains have few contacts, landing ones many rebuilds.
     StageCosts settling(std::int32_t threads) const {
         const Bench bench(team_, sample_, sample_.settling_plan(), threads, skin_);
-        const Blocks blocks = bench.run([](std::int64_t, std::int64_t count, double) { return count >= kRestBlocks; });
+        const Blocks blocks = bench.run([](std::int64_t, std::int64_t, double seconds) { return seconds > kRestSeconds; });
         StageCosts settle;
         settle.particle_steps_per_second = grains_ / blocks.step_seconds();
         settle.steps_per_rebuild =
@@ -245,6 +249,11 @@ private:
         run.busy.rebalance = busy("rebalance", grains_ * lists);
         double all = 0;
         for (const auto& [phase, seconds] : after.busy) all += seconds - before.busy.at(phase);
+        // Phases are timed by the clock on the wall; who waits for a processor in one is busy by it.
+        if (const double had = (after.processor - before.processor) / all; had < kUndisturbed)
+            say(fmt::format(
+                "NOTE: other work had {:.0f} % of the processors' time; these costs are too high, measure again when it is quiet",
+                100 * (1 - had)));
         run.idle_share = std::clamp(1 - all / (run.threads * blocks.seconds), 0.0, 1.0);
     }
 

@@ -35,10 +35,9 @@ struct Sample {
 // The grains that stand for what was cut off in front move at `speed` [m/s], those at the back stay. [collective]
 void set_faces(const Scene& scene, double speed);
 
-// @param threads  of the one rank that settles the column
-// @param tell     called on rank 0 with what is being done
+// @param tell  called on rank 0 with what is being done
 // [collective]
-Sample make_sample(const Team& team, const Input& input, std::int32_t threads, const std::function<void(const std::string&)>& tell);
+Sample make_sample(const Team& team, const Input& input, const std::function<void(const std::string&)>& tell);
 
 } // namespace talus::sandbox
 
