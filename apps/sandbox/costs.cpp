@@ -9,8 +9,8 @@
 //               a rank, rebuilds of lists included; steps_per_rebuild), busy (seconds, summed over threads; force and
 //               integrate a grain and step, halo_exchange a ghost and step, binning, pair_build and rebalance a grain and
 //               rebuild), idle_share (1 - busy/(threads wall)). settle is null with a bed file, halo_exchange on one rank
-//   memory      bytes_per_grain (most while stepping), saving_bytes_per_grain (most while a checkpoint is written), base_bytes,
-//               is_measured (false: built-in values, the sample was too small)
+//   memory      of a rank with its share of the scene's grains: bytes_per_grain (most while stepping), saving_bytes_per_grain
+//               (most while a checkpoint is written), base_bytes, is_measured (false: built in, the sample was too small)
 //   start       seconds_per_grain (putting grains in, first lists)
 //   files       bytes_per_second (writing a checkpoint)
 #include "costs.hpp"
@@ -234,9 +234,13 @@ bool saves(const Config& config) {
 
 namespace {
 
-// More or less history a contact.
-double history_bytes(std::int32_t doubles, const Costs& costs) {
-    return 8.0 * (doubles - costs.history_doubles) * costs.contacts_per_grain;
+// More bytes a grain than were measured: with other histories, and on a rank with fewer grains. Tiles at the surface have more grains
+// of others to know, and more lists are held twice while they are rebuilt: measured as N^(2/3) bytes for N = 40,000 to 2 million grains.
+double more_bytes(const Costs& costs, std::int32_t doubles, double grains) {
+    constexpr double kSurface = 7000;
+    const double measured = static_cast<double>(costs.grains) / costs.ranks;
+    const double surface = kSurface * (1 / std::cbrt(std::max(grains, 1e3)) - 1 / std::cbrt(std::max(measured, 1e3)));
+    return 8.0 * (doubles - costs.history_doubles) * costs.contacts_per_grain + surface;
 }
 
 } // namespace
@@ -244,7 +248,7 @@ double history_bytes(std::int32_t doubles, const Costs& costs) {
 MemoryCosts reference_memory(const Costs& costs) {
     const Costs reference = reference_costs();
     MemoryCosts memory = reference.memory;
-    const double more = history_bytes(costs.history_doubles, reference);
+    const double more = more_bytes(reference, costs.history_doubles, static_cast<double>(costs.grains) / costs.ranks);
     memory.bytes_per_grain += more;
     memory.saving_bytes_per_grain += more;
     return memory;
@@ -253,7 +257,7 @@ MemoryCosts reference_memory(const Costs& costs) {
 double rank_bytes(const Costs& costs, const Config& config, double grains_and_ghosts) {
     const MemoryCosts& memory = costs.memory;
     const double most = saves(config) ? std::max(memory.bytes_per_grain, memory.saving_bytes_per_grain) : memory.bytes_per_grain;
-    return memory.base_bytes + (most + history_bytes(history_doubles(config.laws), costs)) * grains_and_ghosts;
+    return memory.base_bytes + (most + more_bytes(costs, history_doubles(config.laws), grains_and_ghosts)) * grains_and_ghosts;
 }
 
 } // namespace talus::sandbox
