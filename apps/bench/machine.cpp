@@ -3,9 +3,7 @@
 #include <algorithm>
 #include <barrier>
 #include <chrono>
-#include <fstream>
 #include <memory>
-#include <string>
 #include <thread>
 #include <vector>
 
@@ -111,25 +109,5 @@ double divide_time() {
 double root_time() {
     return time_of([](core::V4 v) { return core::square_root(v); });
 }
-
-namespace {
-
-/// A figure of /proc/self/status, which are in kB.
-double status_bytes(const std::string& name) {
-    std::ifstream status("/proc/self/status");
-    for (std::string word; status >> word;)
-        if (word == name + ":") {
-            double kilobytes = 0.0;
-            status >> kilobytes;
-            return 1024.0 * kilobytes;
-        }
-    return 0.0;
-}
-
-} // namespace
-
-double resident_bytes() { return status_bytes("VmRSS"); }
-double peak_bytes() { return status_bytes("VmHWM"); }
-void forget_peak() { std::ofstream("/proc/self/clear_refs") << "5"; }
 
 } // namespace talus::bench

@@ -19,9 +19,4 @@ std::size_t last_level_cache();
 double divide_time();
 double root_time();
 
-/// Resident bytes of this process: now, and at most since forget_peak(). Zero where the system does not tell.
-double resident_bytes();
-double peak_bytes();
-void forget_peak();
-
 } // namespace talus::bench

@@ -93,7 +93,7 @@ int main(int argc, char** argv) {
             const Scene scene = make_scene(o);
             write_bed(o.write, o.scene.axes, scene.lo, scene.hi, gather(scene.engine.get()));
         } else if (o.wants_table) {
-            o.table.resident_before = resident_bytes();
+            o.table.resident_before = talus::resident_bytes();
             Scene scene = make_scene(o);
             const Table table = measure(scene, o.name, o.table);
             print(table);

@@ -5,6 +5,7 @@
 #include <ctime>
 
 #include "apps/bench/grains.hpp"
+#include "apps/sandbox/process_memory.hpp"
 #include "runtime/phase/phases.hpp"
 
 namespace talus::bench {

@@ -32,6 +32,7 @@ struct Bed {
     std::vector<std::int64_t> label;
     std::vector<double> position; // 3 a grain
     std::vector<double> radius;
+    std::vector<std::int32_t> group; // empty: all free; files have none
 
     BedSummary summary() const;
 };

@@ -121,7 +121,7 @@ RawBed read_bed_hdf5(const std::string& path, Faults& faults) {
         if (!bed.label.empty() && !bed.position.empty() && !bed.radius.empty())
             faults.add(fmt::format("{}: {} ids, {} positions and {} radii; there must be one of each a grain", path, bed.label.size(),
                                    bed.position.size() / 3, bed.radius.size()));
-        bed = Bed{bed.lo, bed.hi, {}, {}, {}};
+        bed = Bed{bed.lo, bed.hi, {}, {}, {}, {}};
     }
     return raw;
 }

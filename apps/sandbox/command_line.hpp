@@ -9,7 +9,7 @@
 
 namespace talus::sandbox {
 
-enum class Command { kRun, kCheck, kKeys };
+enum class Command { kRun, kCheck, kPlan, kKeys };
 
 struct Options {
     Command command = Command::kRun;
@@ -19,6 +19,15 @@ struct Options {
     std::optional<std::int64_t> steps; // of the shortening stage
     std::vector<std::string> sets;     // table.key=value
     std::string trace;
+
+    // Of `plan`.
+    std::optional<std::int32_t> ranks; // to plan for; the ranks that plan if not given
+    bool calibrate = false;
+    std::string costs;          // a file; empty: the default one, if it exists
+    double latency = 2e-6;      // [s]
+    double bandwidth = 10e9;    // [byte/s] of a rank
+    std::optional<double> disk; // [byte/s]
+    std::string json;           // a file, or - for the standard output
 };
 
 // Reads the command line. Returns false when the program is to end with `out_exit_code`: after --help, --version or a

@@ -13,6 +13,7 @@
 #include <fmt/format.h>
 
 #include "config_read.hpp"
+#include "forecast.hpp"
 
 namespace talus::sandbox {
 
@@ -54,7 +55,7 @@ Input read_input(const Team& team, const Options& options) {
     const auto parse = [&](Faults& faults) { input.config = read_config(text, options.config, settings, faults); };
     const auto plan = [&](bool has_bed, Faults& faults) {
         const std::optional<BedSummary> summary = has_bed ? std::optional(bed) : std::nullopt;
-        input.plan = make_plan(input.config, summary, options.steps, team.size(), faults);
+        input.plan = make_plan(input.config, summary, options.steps, options.ranks.value_or(team.size()), faults);
     };
     team.on_root([&] {
         text = read_text(options.config);
@@ -85,7 +86,7 @@ Input read_input(const Team& team, const Options& options) {
     return input;
 }
 
-void check_memory(const Team& team, const Plan& plan) {
+void check_memory(const Team& team, const Config& config, const Plan& plan) {
     std::ifstream stream("/proc/meminfo");
     std::string word;
     std::int64_t kilobytes = std::numeric_limits<std::int64_t>::max() / 1024;
@@ -93,7 +94,7 @@ void check_memory(const Team& team, const Plan& plan) {
         if (word == "MemAvailable:") stream >> kilobytes;
     const double free = 1024.0 * static_cast<double>(team.smallest(kilobytes));
     const double on_node = static_cast<double>(team.largest(team.size_on_node()));
-    const double needed = plan.bytes() * on_node / team.size();
+    const double needed = expected_rank_bytes(config, plan, team.size()) * on_node;
     if (needed > free)
         throw Failure(kExitInput, fmt::format("{} grains need about {:.0f} GB of memory on each machine, of which {:.0f} GB "
                                               "are free; use more machines, larger grains or a smaller box",

@@ -21,7 +21,7 @@ struct Input {
 Input read_input(const Team& team, const Options& options);
 
 // Throws if the planned grains do not fit into the memory of every machine in use. [collective]
-void check_memory(const Team& team, const Plan& plan);
+void check_memory(const Team& team, const Config& config, const Plan& plan);
 
 } // namespace talus::sandbox
 

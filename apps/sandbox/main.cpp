@@ -10,6 +10,7 @@
 #include "command_line.hpp"
 #include "config_keys.hpp"
 #include "failure.hpp"
+#include "planning.hpp"
 #include "process_memory.hpp"
 #include "run.hpp"
 #include "signals.hpp"
@@ -28,6 +29,8 @@ int command(const Team& team, int argc, char** argv) {
         return run(team, options);
     case Command::kCheck:
         return check(team, options);
+    case Command::kPlan:
+        return plan_run(team, options);
     case Command::kKeys:
         if (team.is_root()) fmt::print("{}", key_list());
         break;

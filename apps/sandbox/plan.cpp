@@ -14,7 +14,6 @@ namespace talus::sandbox {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-constexpr double kBytesPerGrain = 700;        // measured 630 in a settled bed of 50,000
 constexpr double kStepLimit = 0.5;            // of the Rayleigh step; the engine's own limit
 constexpr double kLinearStepsPerContact = 20; // linear law: steps in the duration of a contact, by default
 constexpr double kLeastStepsPerContact = 8;   // ... and at least
@@ -121,6 +120,7 @@ private:
         plan_.grain_mass = plan_.grain_volume * c_.sand.density;
         plan_.lo = bed_->lo;
         plan_.hi = bed_->hi;
+        plan_.depth = bed_->top - bed_->lo[1];
         plan_.skin = skin();
     }
 
@@ -138,6 +138,7 @@ private:
         plan_.grain_mass = plan_.grain_volume * sand.density;
         plan_.skin = skin();
         plan_.hi = {c_.box.length, 0, c_.box.width};
+        plan_.depth = c_.box.depth;
 
         // What is to be levelled must stick out first.
         const double depth = c_.box.depth * (c_.box.level ? kLevelSurplus : 1);
@@ -217,7 +218,7 @@ private:
     void height() {
         const double diameter = 2 * plan_.radius_max;
         if (plan_.grains < 1 || !(diameter > 0)) return;
-        const double depth = bed_ ? bed_->top - bed_->lo[1] : c_.box.depth;
+        const double depth = plan_.depth;
         // Sand keeps its volume: its mean depth grows as the box gets shorter, and it stands higher at the back stop.
         const double left = std::max(0.1 * plan_.length(), plan_.length() - plan_.shortening.travel(plan_.shorten_steps));
         const double wedge = depth * plan_.length() / left + 0.5 * kWedgeSlope * left;
@@ -299,7 +300,7 @@ std::int64_t Plan::snapshot_step(std::int64_t n) const {
     return snapshots_by_time ? static_cast<std::int64_t>(std::llround(due / step)) : shortening.steps_for(due);
 }
 
-double Plan::bytes() const { return kBytesPerGrain * static_cast<double>(grains); }
+std::int64_t Plan::settle_cap(const Config& config) const { return static_cast<std::int64_t>(std::ceil(config.settle.cap / step)); }
 
 Plan make_plan(const Config& config, const std::optional<BedSummary>& bed, std::optional<std::int64_t> steps, int ranks, Faults& faults) {
     return Planner(config, bed, steps, ranks, faults).make();
@@ -308,16 +309,16 @@ Plan make_plan(const Config& config, const std::optional<BedSummary>& bed, std::
 std::string plan_text(const Config& config, const Plan& plan) {
     const double travel = plan.shortening.travel(plan.shorten_steps);
     std::string text =
-        fmt::format("grains      {} of {:.4g} to {:.4g} mm, about {:.3g} GB of memory\n"
+        fmt::format("grains      {} of {:.4g} to {:.4g} mm\n"
                     "box         {:g} x {:.4g} x {:g} m (length, height, width{})\n"
                     "time step   {:.4g} s, {:.3g} of the Rayleigh step\n",
-                    plan.grains, 2e3 * plan.radius_min, 2e3 * plan.radius_max, plan.bytes() / 1e9, plan.length(), plan.hi[1] - plan.lo[1],
+                    plan.grains, 2e3 * plan.radius_min, 2e3 * plan.radius_max, plan.length(), plan.hi[1] - plan.lo[1],
                     plan.width(), config.box.periodic_z ? ", periodic" : "", plan.step, plan.step / plan.critical_step);
     if (plan.has_bed_file)
         text += fmt::format("bed         {}\n", config.bed.file);
     else
         text += fmt::format("settling    from {:.3g} mm to {:.3g} mm, at most {:.3g} s or {} steps\n", 1e3 * plan.fill_top,
-                            1e3 * config.box.depth, config.settle.cap, static_cast<std::int64_t>(std::ceil(config.settle.cap / plan.step)));
+                            1e3 * config.box.depth, config.settle.cap, plan.settle_cap(config));
     text += fmt::format("shortening  {:.4g} mm at {:g} m/s after a ramp of {:.3g} s: {} steps, {:.3g} particle-steps\n", 1e3 * travel,
                         plan.shortening.speed(), plan.shortening.ramp(), plan.shorten_steps,
                         static_cast<double>(plan.shorten_steps) * static_cast<double>(plan.grains));

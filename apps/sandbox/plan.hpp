@@ -1,5 +1,5 @@
-// plan.hpp: what follows from a configuration: number of grains, box, time step, number of steps, memory. Making it
-// is the second half of validation: whatever does not fit together is added to the faults.
+// plan.hpp: what follows from a configuration: number of grains, box, time step, number of steps (what they take in time and
+// memory, forecast.hpp tells). Making it is the second half of validation: whatever does not fit together is added to the faults.
 #ifndef TALUS_SANDBOX_PLAN_HPP
 #define TALUS_SANDBOX_PLAN_HPP
 
@@ -23,6 +23,8 @@ struct Plan {
     double grain_mass = 0;                 // [kg] mean
     std::array<double, 3> lo{};            // [m] the domain; walls stand on its faces
     std::array<double, 3> hi{};
+    bool periodic_x = false;  // a column without front wall and back stop, for calibration (sample.hpp)
+    double depth = 0;         // [m] of the settled sand
     double fill_top = 0;      // [m] height the loose fill reaches
     double skin = 0;          // [m] there must be room for
     double critical_step = 0; // [s] Rayleigh step of the smallest grain
@@ -37,7 +39,8 @@ struct Plan {
     double width() const { return hi[2] - lo[2]; }
     // The snapshot that is due at the n-th multiple of the interval, as a step of the shortening stage.
     std::int64_t snapshot_step(std::int64_t n) const;
-    double bytes() const; // [byte] of memory for all grains, estimated
+    // Steps after which settling is given up.
+    std::int64_t settle_cap(const Config& config) const;
 };
 
 // The asked-for number of steps (--steps) replaces [shorten] distance. `ranks` > 0 also checks what hangs on them.

@@ -40,7 +40,9 @@ std::string duration_text(double seconds) {
     if (seconds < 100) return fmt::format("{:.0f} s", seconds);
     const auto whole = static_cast<std::int64_t>(std::llround(seconds));
     if (whole < 6000) return fmt::format("{} min {:02} s", whole / 60, whole % 60);
-    return fmt::format("{} h {:02} min", whole / 3600, whole / 60 % 60);
+    if (whole < 360000) return fmt::format("{} h {:02} min", whole / 3600, whole / 60 % 60);
+    constexpr double kDay = 86400, kYear = 365.25 * kDay;
+    return seconds < kYear ? fmt::format("{:.1f} days", seconds / kDay) : fmt::format("{:.3g} years", seconds / kYear);
 }
 
 Progress::Progress(const Team& team)

@@ -42,7 +42,7 @@ private:
     void clear_line();
 };
 
-// 42 s, 3 min 10 s, 2 h 05 min
+// 42 s, 3 min 10 s, 2 h 05 min, 12.3 days, 4.5 years
 std::string duration_text(double seconds);
 
 } // namespace talus::sandbox

@@ -2,9 +2,12 @@
 
 #include <chrono>
 #include <filesystem>
+#include <utility>
 
 #include <fmt/format.h>
 
+#include "forecast.hpp"
+#include "process_memory.hpp"
 #include "settled_bed.hpp"
 #include "stages.hpp"
 
@@ -27,7 +30,7 @@ public:
 
     ExitCode run() {
         check_paths();
-        check_memory(team_, input_.plan);
+        check_memory(team_, input_.config, input_.plan);
         start_ = std::chrono::steady_clock::now();
         record_.threads = input_.threads;
         // Nothing is written before the engine has accepted everything.
@@ -35,7 +38,7 @@ public:
         folder_.create();
         progress_.say(fmt::format("{}: {} {}, {} {} each", options_.config, team_.size(), team_.size() == 1 ? "rank" : "ranks",
                                   input_.threads, input_.threads == 1 ? "thread" : "threads"));
-        progress_.say(plan_text(input_.config, input_.plan));
+        progress_.say(plan_text(input_.config, input_.plan) + memory_text(input_.config, input_.plan, team_.size()));
         bool is_going = true;
         try {
             is_going = stages(is_settled);
@@ -52,7 +55,7 @@ public:
 private:
     const Team& team_;
     const Options& options_;
-    const Input input_;
+    Input input_;
     OutputFolder folder_;
     Progress progress_;
     Snapshots snapshots_;
@@ -88,7 +91,7 @@ private:
         if (scene_.engine.get() == nullptr) {
             scene_ = make_scene(team_, config, plan, input_.threads);
             if (plan.has_bed_file)
-                insert_bed(scene_, config, team_, input_.bed);
+                insert_bed(scene_, config, team_, std::exchange(input_.bed, Bed{})); // it is not needed twice
             else
                 fill_box(scene_, config, plan);
         }
@@ -156,8 +159,10 @@ private:
     }
 
     void finish() {
-        write_summary();
         const talus_state state = scene_.engine.state();
+        record_.ghosts = team_.largest(state.ghosts);
+        record_.peak_bytes = team_.largest(static_cast<std::int64_t>(peak_bytes()));
+        write_summary();
         if (state.threads_observed < input_.threads)
             progress_.say(fmt::format("note      {} threads were asked for and {} seen at work; if ranks are bound to "
                                       "processors, use mpirun --bind-to none",
@@ -175,12 +180,12 @@ ExitCode run(const Team& team, const Options& options) { return Experiment(team,
 ExitCode check(const Team& team, const Options& options) {
     const Input input = read_input(team, options);
     if (input.plan.has_bed_file) {
-        check_memory(team, input.plan);
+        check_memory(team, input.config, input.plan);
         const Scene scene = make_scene(team, input.config, input.plan, input.threads);
         insert_bed(scene, input.config, team, input.bed);
         prepare(scene, input.config);
     }
-    Progress(team).say(plan_text(input.config, input.plan) + options.config + ": no faults");
+    Progress(team).say(plan_text(input.config, input.plan) + memory_text(input.config, input.plan, team.size()) + options.config + ": no faults");
     return kExitDone;
 }
 

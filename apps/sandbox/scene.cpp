@@ -42,6 +42,7 @@ talus_settings settings_of(const Config& config, const Plan& plan, std::int32_t 
         settings.domain_hi[axis] = plan.hi[axis];
         settings.rank_grid[axis] = static_cast<std::int32_t>(config.engine.rank_grid[axis]);
     }
+    settings.periodic[0] = plan.periodic_x ? 1 : 0;
     settings.periodic[2] = config.box.periodic_z ? 1 : 0;
     settings.threads = threads;
     settings.gravity[0] = settings.gravity[2] = 0;
@@ -58,9 +59,12 @@ talus_settings settings_of(const Config& config, const Plan& plan, std::int32_t 
     return settings;
 }
 
-std::vector<Wall> walls_of(const Config& config) {
+std::vector<Wall> walls_of(const Config& config, const Plan& plan) {
     const Config::Shorten::Moving& moving = config.shorten.moving;
-    std::vector<Wall> walls{{"floor", 0, moving.floor}, {"front", 1, moving.front}, {"backstop", 2, false}};
+    std::vector<Wall> walls{{"floor", 0, moving.floor}};
+    if (plan.periodic_x) return walls;
+    walls.push_back({"front", 1, moving.front});
+    walls.push_back({"backstop", 2, false});
     if (!config.box.periodic_z) {
         walls.push_back({"side_lo", 3, moving.sides});
         walls.push_back({"side_hi", 4, moving.sides});
@@ -133,7 +137,7 @@ Scene make_scene(const Team& team, const Config& config, const Plan& plan, std::
     const talus_settings settings = settings_of(config, plan, threads);
     talus_engine* raw = nullptr;
     check_create(talus_engine_create_comm(&settings, team.comm(), &raw), config.source);
-    Scene scene{Engine(raw), walls_of(config)};
+    Scene scene{Engine(raw), walls_of(config, plan)};
     add_materials(scene.engine, config);
     set_contacts(scene.engine, config, plan.has_bed_file);
     add_walls(scene, plan);
@@ -151,7 +155,7 @@ bool load_scene(const Team& team, const Config& config, const Plan& plan, std::i
         out_reason = talus_message();
         return false;
     }
-    out_scene = Scene{Engine(raw), walls_of(config)};
+    out_scene = Scene{Engine(raw), walls_of(config, plan)};
     return true;
 }
 
@@ -182,6 +186,7 @@ void insert_bed(const Scene& scene, const Config& config, const Team& team, cons
         particles.label = bed.label.data();
         particles.position = bed.position.data();
         particles.radius = bed.radius.data();
+        particles.group = bed.group.empty() ? nullptr : bed.group.data();
     }
     scene.engine.check(talus_particles_insert(scene.engine.get(), &particles, config.bed.max_overlap), config.bed.file);
 }

@@ -22,7 +22,7 @@ struct Wall {
 
 struct Scene {
     Engine engine;
-    std::vector<Wall> walls; // floor, front, backstop and, unless periodic, side_lo, side_hi
+    std::vector<Wall> walls; // floor, front, backstop and, unless periodic, side_lo, side_hi; of a column the floor only
 };
 
 // All functions are collective.

@@ -14,6 +14,9 @@ namespace talus::sandbox {
 // "settled-<16 hex digits>.ckpt"
 std::string settled_bed_name(const Config& config, const Plan& plan);
 
+// Equal for beds that settle in the same number of steps, or nearly: extent and seed do not count. 16 hex digits.
+std::string settling_key(const Config& config);
+
 } // namespace talus::sandbox
 
 #endif

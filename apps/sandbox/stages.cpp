@@ -34,6 +34,17 @@ double imbalance_of(const Team& team, const Scene& scene) { return team.size() >
 
 } // namespace
 
+Rest rest_of(const Config& config, const Plan& plan, const talus_state& state) {
+    const double diameter = std::cbrt(6 / std::numbers::pi * plan.grain_volume);
+    const double energy_unit = plan.grain_mass * config.box.gravity * diameter * static_cast<double>(plan.grains);
+    Rest rest;
+    rest.kinetic = state.kinetic_energy / energy_unit;
+    rest.unbalanced = state.unbalanced_force;
+    rest.is_reached = rest.kinetic < config.settle.kinetic && rest.unbalanced < config.settle.unbalanced &&
+                      static_cast<double>(state.contacts) > kLeastContacts * static_cast<double>(state.particles);
+    return rest;
+}
+
 bool Stages::advance(std::int64_t steps, StageRecord& stage, const char* doing) {
     const Stopwatch watch;
     std::int64_t done = 0;
@@ -51,9 +62,7 @@ bool Stages::settle() {
     const Stopwatch watch;
     StageRecord& stage = record.stages.emplace_back();
     stage.name = "settle";
-    const double diameter = std::cbrt(6 / std::numbers::pi * plan.grain_volume);
-    const double energy_unit = plan.grain_mass * input.config.box.gravity * diameter * static_cast<double>(plan.grains);
-    const auto cap = static_cast<std::int64_t>(std::ceil(config.cap / plan.step));
+    const std::int64_t cap = plan.settle_cap(input.config);
 
     progress.begin(stage.name, plan.grains, 0);
     bool is_going = true;
@@ -65,14 +74,12 @@ bool Stages::settle() {
         const bool is_checked = stage.steps % config.check_every == 0 && stage.time >= plan.fall_time;
         if (!is_due && !is_checked) continue;
         const talus_state state = scene.engine.state();
-        const double kinetic = state.kinetic_energy / energy_unit;
-        is_at_rest = is_checked && kinetic < config.kinetic &&
-                     state.unbalanced_force<config.unbalanced&& static_cast<double>(state.contacts)> kLeastContacts *
-                         static_cast<double>(state.particles);
+        const Rest rest = rest_of(input.config, plan, state);
+        is_at_rest = is_checked && rest.is_reached;
         if (is_due)
             progress.show(stage.steps,
-                          fmt::format("{:.4f} s  kinetic {:.1e} of {:.0e}  unbalanced {:.1e} of {:.0e}", stage.time, kinetic,
-                                      config.kinetic, state.unbalanced_force, config.unbalanced),
+                          fmt::format("{:.4f} s  kinetic {:.1e} of {:.0e}  unbalanced {:.1e} of {:.0e}", stage.time, rest.kinetic,
+                                      config.kinetic, rest.unbalanced, config.unbalanced),
                           state.ranks > 1 ? state.imbalance : 0);
     }
     stage.wall_seconds = watch.seconds();

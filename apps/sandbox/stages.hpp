@@ -14,6 +14,14 @@
 
 namespace talus::sandbox {
 
+// How far a bed is from rest, in the measures of [settle].
+struct Rest {
+    double kinetic = 0;
+    double unbalanced = 0;
+    bool is_reached = false;
+};
+Rest rest_of(const Config& config, const Plan& plan, const talus_state& state);
+
 struct Stages {
     const Team& team;
     const Input& input;

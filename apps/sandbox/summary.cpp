@@ -128,6 +128,8 @@ std::string summary_text(const Scene& scene, const Config& config, const Plan& p
         json["max_overlap"] = state.max_overlap;
         json["state_digest"] = fmt::format("{:016x}{:016x}", state.digest_hi, state.digest_lo);
     }
+    json["ghosts"] = run.ghosts;
+    json["peak_bytes"] = run.peak_bytes;
     json["phases"] = phases_json(scene.engine);
     json["time_step"] = plan.step;
     json["time_step_rayleigh_fraction"] = plan.step / plan.critical_step;

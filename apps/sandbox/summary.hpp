@@ -28,6 +28,8 @@ struct RunRecord {
     std::int64_t shorten_start_step = 0; // of the engine's clock
     double shorten_start_time = 0;       // [s]
     std::int64_t shorten_steps = 0;
+    std::int64_t ghosts = 0;     // at the end, on the rank with most
+    std::int64_t peak_bytes = 0; // of resident memory, on the rank with most; 0 if unknown
     std::vector<StageRecord> stages;
     std::vector<SnapshotRecord> snapshots;
 };

@@ -155,6 +155,11 @@ TALUS_API void talus_engine_destroy(talus_engine *engine);
 TALUS_API const char *talus_engine_message(const talus_engine *engine);
 TALUS_API talus_status talus_engine_rank(const talus_engine *engine, int32_t *out_rank, int32_t *out_ranks);
 
+/** The subdomains along x, y and z that a run on so many ranks starts with (settings.rank_grid chosen: least surface), for planning
+ *  one. @param lengths [m] > 0, of the domain @param given subdomains along an axis where > 0, chosen where 0; NULL: all chosen
+ *  @return ARGUMENT if the given axes do not divide the ranks [local] */
+TALUS_API talus_status talus_rank_grid(const double lengths[3], int32_t ranks, const int32_t given[3], int32_t out_grid[3]);
+
 /** Change the contact laws between steps. If the tangential or rolling law changes, all contact histories start
  *  anew from zero. [collective] */
 TALUS_API talus_status talus_engine_set_laws(talus_engine *engine, const talus_laws *laws);

@@ -1,8 +1,10 @@
 // Status, versions, settings, and the making and unmaking of engines.
+#include <array>
 #include <cmath>
 #include <limits>
 
 #include "capi/src/guard.hpp"
+#include "core/slice_grid.hpp"
 
 #ifndef TALUS_BUILD_COMPILER
 #define TALUS_BUILD_COMPILER __VERSION__
@@ -199,6 +201,27 @@ talus_status talus_engine_rank(const talus_engine* engine, int32_t* out_rank, in
     return with_engine(engine, [&](runtime::Engine& e) {
         if (out_rank != nullptr) *out_rank = e.state().comm->rank();
         if (out_ranks != nullptr) *out_ranks = e.state().comm->size();
+    });
+}
+
+talus_status talus_rank_grid(const double lengths[3], int32_t ranks, const int32_t given[3], int32_t out_grid[3]) {
+    return guarded(thread_message(), [&]() -> talus_status {
+        require(lengths, "lengths");
+        require(out_grid, "out_grid");
+        if (ranks < 1) core::fail(core::ErrorKind::argument, "ranks = {}: must be above 0", ranks);
+        std::array<int, 3> wanted{};
+        double box[3];
+        for (int a = 0; a < 3; ++a) {
+            box[a] = lengths[a];
+            if (!(box[a] > 0.0) || !std::isfinite(box[a])) core::fail(core::ErrorKind::argument, "lengths[{}] = {}: must be a finite number above 0", a, box[a]);
+            if (given == nullptr) continue;
+            wanted[static_cast<std::size_t>(a)] = given[a];
+            if (given[a] < 0) core::fail(core::ErrorKind::argument, "given[{}] = {}: must be 0 (chosen) or above", a, given[a]);
+        }
+        const std::array<int, 3> grid = core::choose_rank_grid(ranks, box, wanted);
+        if (grid[0] == 0) core::fail(core::ErrorKind::argument, "given = {} {} {}: the subdomains asked for do not multiply to {} ranks", wanted[0], wanted[1], wanted[2], ranks);
+        for (int a = 0; a < 3; ++a) out_grid[a] = grid[static_cast<std::size_t>(a)];
+        return TALUS_OK;
     });
 }
 
