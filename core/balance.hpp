@@ -20,7 +20,7 @@ namespace talus::core {
 inline constexpr int kLeastBins = 1024, kLeastBinsOfPart = 16;
 inline constexpr int kMostSums = 4;    // of one axis in one balance
 inline constexpr double kReachable = 1.01;    // max/mean that a move of cuts leaves
-inline constexpr double kGoodEnough = 1.03;   // max/mean that is forgiven: below it measured times tell noise
+inline constexpr double kGoodEnough = 1.04;   // max/mean that is forgiven: below it measured times tell noise
 
 struct CutLimits {
     double least = 0.0;                                             // m, width that every part keeps

@@ -52,12 +52,17 @@ Box SliceGrid::box(int rank) const {
     return b;
 }
 
-double halo_surface(const std::array<int, 3>& grid, const double (&lengths)[3]) {
-    const double a = lengths[0] / grid[0], b = lengths[1] / grid[1], c = lengths[2] / grid[2];
-    return (grid[0] > 1 ? b * c : 0.0) + (grid[1] > 1 ? a * c : 0.0) + (grid[2] > 1 ? a * b : 0.0);
+double halo_surface(const std::array<int, 3>& grid, const double (&lengths)[3], const bool (&periodic)[3]) {
+    double surface = 0.0;
+    for (int a = 0; a < 3; ++a) {
+        const int b = (a + 1) % 3, c = (a + 2) % 3;
+        const double face = lengths[b] / grid[b] * (lengths[c] / grid[c]);
+        if (grid[a] > 1) surface += grid[a] == 2 && !periodic[a] ? 0.5 * face : face;
+    }
+    return surface;
 }
 
-std::array<int, 3> choose_rank_grid(int n_ranks, const double (&lengths)[3], const std::array<int, 3>& given) {
+std::array<int, 3> choose_rank_grid(int n_ranks, const double (&lengths)[3], const bool (&periodic)[3], const std::array<int, 3>& given) {
     std::array<int, 3> best{0, 0, 0};
     double least = std::numeric_limits<double>::infinity();
     for (int x = 1; x <= n_ranks; ++x) {
@@ -65,7 +70,7 @@ std::array<int, 3> choose_rank_grid(int n_ranks, const double (&lengths)[3], con
         for (int y = 1; y <= n_ranks / x; ++y) {
             const int z = n_ranks / x / y;
             if (n_ranks / x % y != 0 || (given[1] > 0 && given[1] != y) || (given[2] > 0 && given[2] != z)) continue;
-            const double surface = halo_surface({x, y, z}, lengths);
+            const double surface = halo_surface({x, y, z}, lengths, periodic);
             if (surface < least) {
                 least = surface;
                 best = {x, y, z};

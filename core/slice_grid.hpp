@@ -40,11 +40,12 @@ private:
     std::vector<double> cuts_[3];
 };
 
-/// Half of the surface that a subdomain of a box shows others, the measure of halos: only axes that are cut have such faces.
-double halo_surface(const std::array<int, 3>& grid, const double (&lengths)[3]);
+/// Half of the surface that a subdomain of a box shows others at most, the measure of halos. An axis that is not cut has no such faces;
+/// a closed one cut in two has one a subdomain, else there are two.
+double halo_surface(const std::array<int, 3>& grid, const double (&lengths)[3], const bool (&periodic)[3]);
 
 /// Factors of n_ranks along x, y, z for which subdomains have the least halo_surface; axes given (> 0) are kept.
 /// @return {0, 0, 0} if the given axes do not divide n_ranks
-std::array<int, 3> choose_rank_grid(int n_ranks, const double (&lengths)[3], const std::array<int, 3>& given);
+std::array<int, 3> choose_rank_grid(int n_ranks, const double (&lengths)[3], const bool (&periodic)[3], const std::array<int, 3>& given);
 
 } // namespace talus::core

@@ -64,7 +64,7 @@ std::string settings_faults(const Settings& s, int n_ranks) {
     std::string text = f.take();
     if (text.empty()) {
         const double lengths[3] = {s.domain.length(0), s.domain.length(1), s.domain.length(2)};
-        if (core::choose_rank_grid(n_ranks, lengths, s.rank_grid)[0] == 0)
+        if (core::choose_rank_grid(n_ranks, lengths, s.domain.periodic, s.rank_grid)[0] == 0)
             text = fmt::format("rank_grid = {} {} {}: its product must be the number of ranks, {} (0 leaves an axis to the library)", s.rank_grid[0], s.rank_grid[1], s.rank_grid[2], n_ranks);
     }
     if (const std::string laws = laws_faults(s.laws); !laws.empty()) text += (text.empty() ? "" : "\n") + laws;

@@ -181,19 +181,16 @@ private:
 
 Halo halo_of(const Config& config, const Plan& plan, std::int32_t ranks, double skin_diameters) {
     Halo halo;
-    std::array<double, 3> lengths{};
+    const std::array<double, 3> sand{plan.length(), plan.depth, plan.width()};
+    const std::array<std::int32_t, 3> periodic{0, 0, config.box.periodic_z ? 1 : 0};
     std::array<std::int32_t, 3> given{};
-    for (int axis = 0; axis < 3; ++axis) {
-        lengths[axis] = plan.hi[axis] - plan.lo[axis];
-        given[axis] = static_cast<std::int32_t>(config.engine.rank_grid[axis]);
-    }
-    if (talus_rank_grid(lengths.data(), ranks, given.data(), halo.grid.data()) != TALUS_OK)
+    for (int axis = 0; axis < 3; ++axis) given[axis] = static_cast<std::int32_t>(config.engine.rank_grid[axis]);
+    if (talus_rank_grid(sand.data(), periodic.data(), ranks, given.data(), halo.grid.data()) != TALUS_OK)
         throw Failure(kExitInput,
                       fmt::format("{}: {}: {}", where(config, "engine.rank_grid"), subject(config, "engine.rank_grid"), talus_message()));
 
     const double skin = config.engine.skin > 0 ? config.engine.skin : skin_diameters * 2 * plan.radius_max;
     const double reach = 2 * plan.radius_max + skin;
-    const std::array<double, 3> sand{plan.length(), plan.depth, plan.width()};
     const double density = static_cast<double>(plan.grains) / (sand[0] * sand[1] * sand[2]);
     const double tile_grains = config.engine.tile_grains > 0 ? static_cast<double>(config.engine.tile_grains) : kTileGrains;
     const double tile = std::cbrt(tile_grains / density);
@@ -203,7 +200,7 @@ Halo halo_of(const Config& config, const Plan& plan, std::int32_t ranks, double 
         const bool is_periodic = axis == 2 && config.box.periodic_z;
         const double size = halo.size[axis] = sand[axis] / parts;
         const double sides = parts == 1 ? 0 : parts == 2 && !is_periodic ? 1 : 2;
-        if (const double room = lengths[axis] / parts; parts > 1 && room < 2 * plan.radius_max + plan.skin)
+        if (const double room = (plan.hi[axis] - plan.lo[axis]) / parts; parts > 1 && room < 2 * plan.radius_max + plan.skin)
             throw Failure(kExitInput,
                           fmt::format("{} ranks: {} subdomains along {} would be {:.3g} m wide, less than grain and skin, {:.3g} m; "
                                       "use fewer ranks or give another engine.rank_grid",

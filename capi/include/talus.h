@@ -122,7 +122,7 @@ typedef struct talus_settings {
     double radius_max;       /* [m] largest radius that will ever be inserted; 0 (default): that of the grains at first step */
     int32_t tile_grains;     /* grains aimed at in a tile; 0 (default): chosen. Changes no bits */
     int32_t rebalance;       /* TALUS_REBALANCE_*; default AUTO */
-    int32_t rank_grid[3];    /* subdomains along x, y, z; 0 (default): chosen. The product must be the rank count */
+    int32_t rank_grid[3];    /* subdomains along x, y, z; 0 (default): chosen for the grains, anew when cuts move and it spares a fifth of the halos. The product must be the rank count */
     int32_t energy_ledger;   /* 1: account dissipated energy every step (costs a tenth); default 0 */
     uint64_t seed;           /* random numbers of this engine (packing, random cuts); default 1 */
     talus_laws laws;
@@ -155,10 +155,10 @@ TALUS_API void talus_engine_destroy(talus_engine *engine);
 TALUS_API const char *talus_engine_message(const talus_engine *engine);
 TALUS_API talus_status talus_engine_rank(const talus_engine *engine, int32_t *out_rank, int32_t *out_ranks);
 
-/** The subdomains along x, y and z that a run on so many ranks starts with (settings.rank_grid chosen: least surface), for planning
- *  one. @param lengths [m] > 0, of the domain @param given subdomains along an axis where > 0, chosen where 0; NULL: all chosen
+/** The subdomains along x, y and z that a run on so many ranks has (settings.rank_grid chosen: least halos), for planning one.
+ *  @param lengths [m] > 0, of the grains; a periodic axis whole @param periodic 0 or 1 for x, y, z; NULL: all 0 @param given subdomains along an axis where > 0, chosen where 0; NULL: all chosen
  *  @return ARGUMENT if the given axes do not divide the ranks [local] */
-TALUS_API talus_status talus_rank_grid(const double lengths[3], int32_t ranks, const int32_t given[3], int32_t out_grid[3]);
+TALUS_API talus_status talus_rank_grid(const double lengths[3], const int32_t periodic[3], int32_t ranks, const int32_t given[3], int32_t out_grid[3]);
 
 /** Change the contact laws between steps. If the tangential or rolling law changes, all contact histories start
  *  anew from zero. [collective] */

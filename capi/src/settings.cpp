@@ -204,21 +204,23 @@ talus_status talus_engine_rank(const talus_engine* engine, int32_t* out_rank, in
     });
 }
 
-talus_status talus_rank_grid(const double lengths[3], int32_t ranks, const int32_t given[3], int32_t out_grid[3]) {
+talus_status talus_rank_grid(const double lengths[3], const int32_t periodic[3], int32_t ranks, const int32_t given[3], int32_t out_grid[3]) {
     return guarded(thread_message(), [&]() -> talus_status {
         require(lengths, "lengths");
         require(out_grid, "out_grid");
         if (ranks < 1) core::fail(core::ErrorKind::argument, "ranks = {}: must be above 0", ranks);
         std::array<int, 3> wanted{};
         double box[3];
+        bool wraps[3];
         for (int a = 0; a < 3; ++a) {
             box[a] = lengths[a];
+            wraps[a] = periodic != nullptr && periodic[a] != 0;
             if (!(box[a] > 0.0) || !std::isfinite(box[a])) core::fail(core::ErrorKind::argument, "lengths[{}] = {}: must be a finite number above 0", a, box[a]);
             if (given == nullptr) continue;
             wanted[static_cast<std::size_t>(a)] = given[a];
             if (given[a] < 0) core::fail(core::ErrorKind::argument, "given[{}] = {}: must be 0 (chosen) or above", a, given[a]);
         }
-        const std::array<int, 3> grid = core::choose_rank_grid(ranks, box, wanted);
+        const std::array<int, 3> grid = core::choose_rank_grid(ranks, box, wraps, wanted);
         if (grid[0] == 0) core::fail(core::ErrorKind::argument, "given = {} {} {}: the subdomains asked for do not multiply to {} ranks", wanted[0], wanted[1], wanted[2], ranks);
         for (int a = 0; a < 3; ++a) out_grid[a] = grid[static_cast<std::size_t>(a)];
         return TALUS_OK;

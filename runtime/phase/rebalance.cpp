@@ -16,7 +16,7 @@ using core::LocalIndex;
 
 namespace {
 
-constexpr double kMemory = 50.0;          // steps of lists that the smoothed time of a grain rests on
+constexpr double kMemory = 200.0;         // steps of lists that the smoothed time of a grain rests on
 constexpr double kUnit = 1e-12;           // s, of the time of a grain or a rank in a step, in sums
 constexpr double kLong = 1e-9;            // s, of the time of a list's life, in sums
 constexpr double kDearest = 8.0;          // times the rank's mean that a grain of a tile may cost: a tile of few grains was timed badly
@@ -46,8 +46,9 @@ core::Box global_extent(EngineState& s) {
 std::array<int, 3> best_grid(const EngineState& s, const core::Box& extent, double& out_gain) {
     double lengths[3];
     for (int a = 0; a < 3; ++a) lengths[a] = std::max(extent.hi[a] - extent.lo[a], s.model.diameter());
-    const auto grid = core::choose_rank_grid(s.comm->size(), lengths, s.model.settings.rank_grid);
-    out_gain = 1.0 - core::halo_surface(grid, lengths) / std::max(core::halo_surface(s.slices.grid(), lengths), 1e-300);
+    const auto& periodic = s.model.settings.domain.periodic;
+    const auto grid = core::choose_rank_grid(s.comm->size(), lengths, periodic, s.model.settings.rank_grid);
+    out_gain = 1.0 - core::halo_surface(grid, lengths, periodic) / std::max(core::halo_surface(s.slices.grid(), lengths, periodic), 1e-300);
     return grid;
 }
 

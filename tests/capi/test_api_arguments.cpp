@@ -223,22 +223,22 @@ TEST(ApiArguments, rank_grid_is_that_of_least_surface) {
     const double sheet[3] = {1.0, 0.02, 1.0}, flat[3] = {1.0, 0.0, 1.0};
     const int32_t free[3] = {0, 0, 0}, tall[3] = {0, 4, 0}, five[3] = {5, 0, 0}, below[3] = {0, -1, 0};
     int32_t grid[3] = {7, 7, 7};
-    ASSERT_EQ(talus_rank_grid(sheet, 16384, free, grid), TALUS_OK);
+    ASSERT_EQ(talus_rank_grid(sheet, nullptr, 16384, free, grid), TALUS_OK);
     EXPECT_EQ(grid[0] * grid[1] * grid[2], 16384);
-    EXPECT_EQ(grid[0], 128);
-    EXPECT_EQ(grid[2], 128);
-    ASSERT_EQ(talus_rank_grid(sheet, 12, nullptr, grid), TALUS_OK);
+    EXPECT_EQ(grid[0], 64); // halves, 64 x 128 of each: less surface than 128 x 128 columns
+    EXPECT_EQ(grid[1], 2);
+    ASSERT_EQ(talus_rank_grid(sheet, nullptr, 12, nullptr, grid), TALUS_OK);
     EXPECT_EQ(grid[0] * grid[2], 12);
-    ASSERT_EQ(talus_rank_grid(sheet, 12, tall, grid), TALUS_OK);
+    ASSERT_EQ(talus_rank_grid(sheet, nullptr, 12, tall, grid), TALUS_OK);
     EXPECT_EQ(grid[1], 4);
     grid[0] = 7;
-    EXPECT_EQ(talus_rank_grid(sheet, 12, five, grid), TALUS_ERR_ARGUMENT);
+    EXPECT_EQ(talus_rank_grid(sheet, nullptr, 12, five, grid), TALUS_ERR_ARGUMENT);
     EXPECT_NE(std::string(talus_message()).find("12 ranks"), std::string::npos);
-    EXPECT_EQ(talus_rank_grid(sheet, 0, free, grid), TALUS_ERR_ARGUMENT);
-    EXPECT_EQ(talus_rank_grid(flat, 12, free, grid), TALUS_ERR_ARGUMENT);
-    EXPECT_EQ(talus_rank_grid(sheet, 12, below, grid), TALUS_ERR_ARGUMENT);
-    EXPECT_EQ(talus_rank_grid(nullptr, 12, free, grid), TALUS_ERR_ARGUMENT);
-    EXPECT_EQ(talus_rank_grid(sheet, 12, free, nullptr), TALUS_ERR_ARGUMENT);
+    EXPECT_EQ(talus_rank_grid(sheet, nullptr, 0, free, grid), TALUS_ERR_ARGUMENT);
+    EXPECT_EQ(talus_rank_grid(flat, nullptr, 12, free, grid), TALUS_ERR_ARGUMENT);
+    EXPECT_EQ(talus_rank_grid(sheet, nullptr, 12, below, grid), TALUS_ERR_ARGUMENT);
+    EXPECT_EQ(talus_rank_grid(nullptr, nullptr, 12, free, grid), TALUS_ERR_ARGUMENT);
+    EXPECT_EQ(talus_rank_grid(sheet, nullptr, 12, free, nullptr), TALUS_ERR_ARGUMENT);
     EXPECT_EQ(grid[0], 7) << "outputs are untouched on failure";
 }
 

@@ -124,7 +124,7 @@ class Geometry(unittest.TestCase):
     def test_shares_are_near_the_counts(self):
         length, depth, width = 0.06, 0.016, 0.05
         points = lattice(length, depth, width)
-        bed = Bed(len(points), length, depth, width, depth, SKIN, periodic_z=True)
+        bed = Bed(len(points), length, depth, width, SKIN, periodic_z=True)
         domain = Domain(np.zeros(3), np.array([length, depth, width]), np.array([False, False, True]))
         for shape in ((4, 1, 1), (3, 1, 4), (3, 2, 3)):
             grid = SliceGrid.equal_counts(points, shape)
@@ -138,13 +138,16 @@ class Geometry(unittest.TestCase):
 
     def test_rank_grids_have_least_surface(self):
         self.assertEqual(choose_rank_grid(16, (1.0, 0.01, 1.0)), (4, 1, 4))
-        self.assertEqual(choose_rank_grid(12, (3.0, 1.0, 1.0), (0, 2, 0)), (6, 2, 1))
+        self.assertEqual(choose_rank_grid(12, (6.0, 1.0, 1.0), (0, 2, 0)), (6, 2, 1))
+        # A period is cut in two places at once.
+        self.assertEqual(choose_rank_grid(2, (1.0, 5.0, 1.1), (0, 1, 0)), (1, 1, 2))
+        self.assertEqual(choose_rank_grid(2, (1.0, 5.0, 1.1), (0, 1, 0), (False, False, True)), (2, 1, 1))
         with self.assertRaises(ValueError):
             choose_rank_grid(6, (1.0, 1.0, 1.0), (4, 0, 0))
 
 
 class StepTimes(unittest.TestCase):
-    bed = Bed(2.4e9, 1.0, 0.0188, 1.0, 0.0752)
+    bed = Bed(2.4e9, 1.0, 0.0188, 1.0)
     quiet = Machine(latency=0.0, bandwidth=math.inf, imbalance=1.0, rebuilds=False)
 
     def test_one_rank_has_no_traffic_and_loses_nothing(self):

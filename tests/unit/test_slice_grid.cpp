@@ -54,18 +54,24 @@ TEST(SliceGrid, slices_are_equal_at_first_and_open_at_the_outer_ends) {
 }
 
 TEST(SliceGrid, ranks_are_factored_into_the_subdomains_of_least_surface_and_given_axes_are_kept) {
+    const bool closed[3] = {false, false, false};
     const double sheet[3] = {10.0, 1.0, 1.0};
-    EXPECT_EQ(choose_rank_grid(6, sheet, {0, 0, 0}), (std::array<int, 3>{6, 1, 1}));
+    EXPECT_EQ(choose_rank_grid(6, sheet, closed, {0, 0, 0}), (std::array<int, 3>{6, 1, 1}));
     const double slab[3] = {10.0, 0.5, 10.0};
-    EXPECT_EQ(choose_rank_grid(16, slab, {0, 0, 0}), (std::array<int, 3>{4, 1, 4}));
+    EXPECT_EQ(choose_rank_grid(16, slab, closed, {0, 0, 0}), (std::array<int, 3>{4, 1, 4}));
     for (int n = 1; n <= 60; ++n) {
-        const auto g = choose_rank_grid(n, slab, {0, 0, 0});
+        const auto g = choose_rank_grid(n, slab, closed, {0, 0, 0});
         EXPECT_EQ(g[0] * g[1] * g[2], n);
     }
-    EXPECT_EQ(choose_rank_grid(12, slab, {0, 3, 0})[1], 3);
-    EXPECT_EQ(choose_rank_grid(12, slab, {2, 3, 2}), (std::array<int, 3>{2, 3, 2}));
-    EXPECT_EQ(choose_rank_grid(12, slab, {5, 0, 0}), (std::array<int, 3>{0, 0, 0})) << "five does not divide twelve";
-    EXPECT_EQ(choose_rank_grid(12, slab, {2, 2, 2}), (std::array<int, 3>{0, 0, 0}));
+    // A period is cut in two places at once: two ranks had rather share the longer side between walls.
+    const double box[3] = {1.0, 5.0, 1.1};
+    const bool along_z[3] = {false, false, true};
+    EXPECT_EQ(choose_rank_grid(2, box, closed, {0, 1, 0}), (std::array<int, 3>{1, 1, 2}));
+    EXPECT_EQ(choose_rank_grid(2, box, along_z, {0, 1, 0}), (std::array<int, 3>{2, 1, 1}));
+    EXPECT_EQ(choose_rank_grid(12, slab, closed, {0, 3, 0})[1], 3);
+    EXPECT_EQ(choose_rank_grid(12, slab, closed, {2, 3, 2}), (std::array<int, 3>{2, 3, 2}));
+    EXPECT_EQ(choose_rank_grid(12, slab, closed, {5, 0, 0}), (std::array<int, 3>{0, 0, 0})) << "five does not divide twelve";
+    EXPECT_EQ(choose_rank_grid(12, slab, closed, {2, 2, 2}), (std::array<int, 3>{0, 0, 0}));
 }
 
 } // namespace

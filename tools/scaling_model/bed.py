@@ -32,7 +32,6 @@ class Bed:
     length: float
     depth: float
     width: float
-    height: float        # of the domain: the loose fill and uplift need room, and the engine's choice of a rank grid looks at it
     skin: float = 0.1    # of the largest diameter
     periodic_z: bool = False
 
@@ -43,12 +42,9 @@ class Bed:
         return (1.0 + self.skin) * LARGEST * self.diameter()
 
     def rank_grid(self, ranks, rule):
-        """By the engine's rule, by the same rule applied to the sand, or as given."""
-        if rule == "engine":
-            return choose_rank_grid(ranks, (self.length, self.height, self.width))
-        if rule == "sand":
-            return choose_rank_grid(ranks, (self.length, self.depth, self.width))
-        return choose_rank_grid(ranks, (self.length, self.depth, self.width), rule)
+        """By the engine's rule, or as given."""
+        return choose_rank_grid(ranks, (self.length, self.depth, self.width), (0, 0, 0) if rule == "engine" else rule,
+                                (False, False, self.periodic_z))
 
 
 class Shares:
@@ -83,7 +79,7 @@ class Shares:
             rows = (count[0] == kind[0]) & (count[1] == kind[1]) & (count[2] == kind[2])
             if not np.any(rows):
                 continue
-            domain = Domain(np.zeros(3), np.array([bed.length, bed.height, bed.width]), np.array([False, False, bed.periodic_z]))
+            domain = Domain(np.zeros(3), np.array([bed.length, bed.depth, bed.width]), np.array([False, False, bed.periodic_z]))
             wraps = [False, False, bed.periodic_z and shape[2] == 1]
             extent = [sizes[a] + reach * kind[a] for a in range(3)]
             cells = choose_cells(domain, [0.0] * 3, extent, reach, wraps, density * volume)

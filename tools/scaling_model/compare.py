@@ -52,7 +52,9 @@ def doubled_contacts(run, grid):
 
 def foreign(run, ranks, given):
     """The same grains on other ranks, cut so that each has as many."""
-    shape = choose_rank_grid(ranks, [run.domain.length(a) for a in range(3)], given)
+    extent = run.positions.max(axis=0) - run.positions.min(axis=0)
+    lengths = [run.domain.length(a) if run.domain.periodic[a] else extent[a] for a in range(3)]
+    shape = choose_rank_grid(ranks, lengths, given, run.domain.periodic)
     grid = SliceGrid.equal_counts(run.positions, shape)
     return grid, halo_traffic(run.domain, grid, run.positions, run.reach, run.tile_grains)
 
@@ -65,7 +67,7 @@ def step_times(one, many, machine):
     out = []
     for run in many:
         steps = run.summary["steps"]
-        bed = Bed(run.summary["particles"], *extent, one.domain.length(1), one.summary["skin"] / one.diameter,
+        bed = Bed(run.summary["particles"], *extent, one.summary["skin"] / one.diameter,
                   bool(one.domain.periodic[2]))
         own = dataclasses.replace(costs, steps_per_rebuild=steps / run.summary["rebuilds"])
         shape = SliceGrid.from_run(run.column("lo"), run.column("hi"), one.domain).shape

@@ -76,8 +76,7 @@ def table(series):
 
 def assumptions(bed, costs, machine):
     return "\n".join([
-        f"Bed         {bed.grains:.3g} grains in {bed.length:g} x {bed.depth:g} x {bed.width:g} m (so d = {1e6 * bed.diameter():.0f} um), "
-        f"domain {bed.height:g} m high;",
+        f"Bed         {bed.grains:.3g} grains in {bed.length:g} x {bed.depth:g} x {bed.width:g} m (so d = {1e6 * bed.diameter():.0f} um);",
         f"            reach of lists {bed.reach() / bed.diameter():.2f} d",
         f"Costs       {costs.source}:",
         f"            force {1e9 * costs.force:.0f}, integrate {1e9 * costs.integrate:.0f} ns a grain and step; "

@@ -4,7 +4,7 @@ Every array here holds one number a rank. A firing of the graph on a rank with T
 
   begin      when the rank has ended its last firing and the reduction that it started a firing ago is there
   1          force of tiles without ghosts, integrate of those that only such tiles surround:   inner work / T
-  2          once every neighbour's message is there: all ghosts are unpacked, by one thread (one node of the graph)
+  2          once every neighbour's message is there: all ghosts are unpacked, in parts of 1024 shared among the threads
   3          force of tiles with ghosts (with the pairs that both sides evaluate), the rest of integrate:  outer work / T,
              and a last tile that one thread still works on:  (1 - 1/T) of a tile (Graham's bound on list scheduling)
   4          messages are packed (one thread each) and put on the wire, one after the other: a message arrives a latency after
@@ -21,7 +21,7 @@ A rebuild (every K steps) is a chain of collectives, so of all ranks' longest st
 runtime/engine_step.cpp and phase/*.cpp:
   choose_skin           1 all-reduce
   learn_costs           2
-  move_cuts             when due: 1 for the extent, and up to kMostSums an axis of 16 numbers a part (here SUMS_OF_AXIS)
+  move_cuts             when due: 1 for the extent, and up to kMostSums an axis of 16 numbers a part or more (here SUMS_OF_AXIS)
   migrate               a sparse exchange (acknowledged messages and a barrier), 1 all-reduce
   bin_grains            1 (agree)
   Halo::build           a sparse exchange of whole records
@@ -37,6 +37,7 @@ from scaling_model.traffic import CHUNK_BYTES, GHOST_BYTES
 
 RECORD_BYTES = 128 + 24  # of a ghost at a rebuild: its record and shift
 SUMS_OF_AXIS = 2         # of the balance, once cuts are nearly right
+PART = 1024              # ghosts that a node unpacks
 FILL, STEADY = 4, 16      # firings until all wait for messages as they will; firings replayed
 CALL_STEPS = 200         # run.walls_every of the paper's configuration
 CALL_REDUCTIONS = 4 + 2 * 5  # require_same, agree_on_input, two at the end; two for each of five walls
@@ -51,7 +52,6 @@ class Machine:
     progress: str = "background"
     imbalance: float = 1.02     # slowest rank over the mean
     noise: float = 0.0          # standard deviation of a rank's speed from step to step, relative
-    unpackers: int = 1          # threads that unpack ghosts; the engine's graph has one node for it
     seed: int = 1
     rebalance_steps: float = 5000.0
     tail: bool = True           # the last tile of a firing
@@ -90,7 +90,7 @@ class Replay:
         last = (force * (1.0 - s.inner + s.twice) + integrate * (1.0 - s.early)) * compute
         if m.tail:
             last = last + (1.0 - 1.0 / m.threads) * (force + integrate) / s.tiles / (1.0 - c.idle_share)
-        unpack = s.ghosts * c.unpack / min(m.unpackers, m.threads)
+        unpack = s.ghosts * c.unpack / np.minimum(m.threads, np.maximum(1, np.ceil(s.ghosts / PART)))
         end, arrived, reduced, ends = np.zeros(s.shape), np.zeros(s.shape), 0.0, []
         for step in range(n):
             slow = self.speed()

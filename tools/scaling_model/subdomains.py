@@ -23,8 +23,8 @@ class Domain:
         return self.hi[axis] - self.lo[axis]
 
 
-def choose_rank_grid(ranks, lengths, given=(0, 0, 0)):
-    """Ranks along x, y, z for which subdomains of a box have least surface; axes given (> 0) are kept."""
+def choose_rank_grid(ranks, lengths, given=(0, 0, 0), periodic=(False, False, False)):
+    """Ranks along x, y, z for which subdomains of the sand show others the least surface; axes given (> 0) are kept."""
     best, least = None, math.inf
     for x in range(1, ranks + 1):
         if ranks % x or (given[0] > 0 and given[0] != x):
@@ -33,8 +33,11 @@ def choose_rank_grid(ranks, lengths, given=(0, 0, 0)):
             z = ranks // x // y
             if (ranks // x) % y or (given[1] > 0 and given[1] != y) or (given[2] > 0 and given[2] != z):
                 continue
-            a, b, c = lengths[0] / x, lengths[1] / y, lengths[2] / z
-            surface = (b * c if x > 1 else 0.0) + (a * c if y > 1 else 0.0) + (a * b if z > 1 else 0.0)
+            parts = (x, y, z)
+            sides = [length / n for length, n in zip(lengths, parts)]
+            # A closed axis cut in two has one face a subdomain, else there are two.
+            surface = sum(sides[b] * sides[c] * (0.5 if parts[a] == 2 and not periodic[a] else 1.0)
+                          for a, b, c in ((0, 1, 2), (1, 2, 0), (2, 0, 1)) if parts[a] > 1)
             if surface < least:
                 best, least = (x, y, z), surface
     if best is None:
