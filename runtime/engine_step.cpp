@@ -182,6 +182,8 @@ void Engine::first_forces() {
 
 namespace {
 
+constexpr int kTilesBetweenProgress = 8; // a call into MPI that finds nothing takes some microseconds, a tile a hundred
+
 /// The nodes of a step follow the tiles and neighbours; a graph that still fits is kept.
 void renew_graph(EngineState& s) {
     GraphShape shape;
@@ -208,8 +210,8 @@ void renew_graph(EngineState& s) {
     hooks.force = [&s, guarded](int t) {
         s.workers.muster(static_cast<int>(s.sub.tiles.size()));
         force_tile(s, t);
-        // Every few tiles: the neighbour that waits for this rank's message cannot fetch it alone.
-        if (s.parallel() && t % 4 == 0) guarded([&] { s.halo.progress(); });
+        // Now and then: the neighbour that waits for this rank's message cannot fetch it alone.
+        if (s.parallel() && t % kTilesBetweenProgress == 0) guarded([&] { s.halo.progress(); });
     };
     hooks.send = [&s, guarded](int k) {
         if (s.integrate.begin) guarded([&] { s.halo.send(k, s.sub); });

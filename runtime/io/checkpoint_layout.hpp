@@ -1,9 +1,11 @@
 // runtime/io/checkpoint_layout.hpp: names and shapes of a checkpoint's bulk data, for writing and reading.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cstring>
+#include <span>
 #include <type_traits>
 
 #include "runtime/io/columns.hpp"
@@ -12,11 +14,18 @@ namespace talus::runtime {
 
 static_assert(std::endian::native == std::endian::little, "files are little-endian, and meta is taken apart by its bytes");
 
-/// Where the rows of /grains live in memory.
+/// Where the rows of /grains live in memory: sums in a list, or without one in the tiles.
 struct GrainRows {
     core::Particle* particles;
     core::Reference* references;
     core::ForceSum* sums;
+    std::span<core::Tile> tiles = {};
+
+    core::ForceSum& sum(std::uint64_t i) const {
+        if (sums != nullptr) return sums[i];
+        core::Tile& tile = *(std::upper_bound(tiles.begin(), tiles.end(), i, [](std::uint64_t v, const core::Tile& t) { return v < t.first; }) - 1);
+        return tile.sums[i - tile.first];
+    }
 };
 
 struct GrainColumn {
@@ -43,8 +52,8 @@ inline constexpr std::array<GrainColumn, 12> kGrainColumns{{
     {"material", "", Kind::u8, 0, meta_byte<0>},
     {"group", "", Kind::u8, 0, meta_byte<1>},
     {"colour", "", Kind::u8, 0, meta_byte<2>},
-    {"force", "units/force", Kind::i64, 3, [](const GrainRows& g, std::uint64_t i) -> void* { return g.sums[i].force; }},
-    {"torque", "units/torque", Kind::i64, 3, [](const GrainRows& g, std::uint64_t i) -> void* { return g.sums[i].torque; }},
+    {"force", "units/force", Kind::i64, 3, [](const GrainRows& g, std::uint64_t i) -> void* { return g.sum(i).force; }},
+    {"torque", "units/torque", Kind::i64, 3, [](const GrainRows& g, std::uint64_t i) -> void* { return g.sum(i).torque; }},
     {"reference", "m", Kind::f64, 3, [](const GrainRows& g, std::uint64_t i) -> void* { return g.references[i].data(); }},
 }};
 

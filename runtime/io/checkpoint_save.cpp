@@ -11,9 +11,10 @@ namespace talus::runtime {
 
 namespace {
 
-constexpr int kSortBlock = 8192; // grains a task
+constexpr int kCountBlock = 8192; // grains a task
 
-/// Contacts and sums of this rank, as they are saved.
+/// Contacts of this rank, grain after grain, partners ascending: no trace of the order of lists. They are looked up when they are
+/// written, block by block: a list of all would be the most memory that a rank ever needs.
 struct LaidOut {
     struct Contact {
         core::Label partner;
@@ -21,45 +22,47 @@ struct LaidOut {
     };
     core::ContactStore own;
     const core::ContactStore* store = nullptr;
-    std::vector<std::uint32_t> number; // [n_owned] contacts of each grain
-    std::vector<std::uint64_t> first;  // [n_owned + 1]
-    std::vector<Contact> contacts;     // grain after grain, partners ascending: no trace of the order of lists
-    std::vector<core::ForceSum> sums;
+    const std::vector<std::uint32_t>* slot_of = nullptr; // NULL: a grain's slot is its index
+    std::vector<std::uint32_t> number;                   // [n_owned] contacts of each grain
+    std::vector<std::uint64_t> first;                    // [n_owned + 1]
+
+    template <class Visit>
+    void each(std::size_t i, Visit visit) const {
+        store->each(slot_of != nullptr ? (*slot_of)[i] : static_cast<std::uint32_t>(i), visit);
+    }
+    /// visit(k, contact) for rows row + k, 0 <= k < n.
+    template <class Visit>
+    void each_row(std::uint64_t row, std::uint64_t n, Visit visit) const {
+        std::vector<Contact> of_grain;
+        std::uint64_t at = row;
+        for (std::size_t i = static_cast<std::size_t>(std::upper_bound(first.begin(), first.end(), row) - first.begin()) - 1; at < row + n; ++i) {
+            of_grain.clear();
+            each(i, [&](core::Label partner, const core::HistoryPlace& place) { of_grain.push_back({partner, place}); });
+            std::sort(of_grain.begin(), of_grain.end(), [](const Contact& a, const Contact& b) { return a.partner < b.partner; });
+            for (; at < std::min(row + n, first[i + 1]); ++at) visit(at - row, of_grain[at - first[i]]);
+        }
+    }
 };
 
 void lay_out(EngineState& s, LaidOut& out) {
     Subdomain& sub = s.sub;
-    const bool from_tiles = !sub.laid_out;
-    if (from_tiles) lay_out_contacts(s, out.own);
-    out.store = from_tiles ? &out.own : &sub.contacts;
-    const auto slot_of = [&](std::uint32_t i) { return from_tiles ? i : sub.slot_of[i]; };
-    if (!from_tiles)
-        for (std::uint32_t i = 0; i < sub.n_owned; ++i) sub.contacts.open(slot_of(i));
-    const auto for_grains = [&](auto body) {
-        s.workers.for_each(Phase::observe, static_cast<int>((sub.n_owned + kSortBlock - 1) / kSortBlock), [&](int block) {
-            const auto begin = static_cast<std::uint32_t>(block) * kSortBlock;
-            for (std::uint32_t i = begin; i < std::min<std::uint32_t>(begin + kSortBlock, sub.n_owned); ++i) body(i);
-        });
-    };
+    if (!sub.laid_out) {
+        lay_out_contacts(s, out.own);
+        out.store = &out.own;
+    } else {
+        out.store = &sub.contacts;
+        out.slot_of = &sub.slot_of;
+        for (const std::uint32_t slot : sub.slot_of) sub.contacts.open(slot);
+    }
     out.number.assign(sub.n_owned, 0);
-    for_grains([&](std::uint32_t i) { out.store->each(slot_of(i), [&](core::Label, const core::HistoryPlace&) { ++out.number[i]; }); });
+    s.workers.for_each(Phase::observe, static_cast<int>((sub.n_owned + kCountBlock - 1) / kCountBlock), [&](int block) {
+        const auto begin = static_cast<std::uint32_t>(block) * kCountBlock;
+        for (std::uint32_t i = begin; i < std::min<std::uint32_t>(begin + kCountBlock, sub.n_owned); ++i)
+            out.each(i, [&](core::Label, const core::HistoryPlace&) { ++out.number[i]; });
+    });
     out.first.assign(std::size_t{sub.n_owned} + 1, 0);
     for (std::uint32_t i = 0; i < sub.n_owned; ++i) out.first[i + 1] = out.first[i] + out.number[i];
-    out.contacts.resize(out.first.back());
-    for_grains([&](std::uint32_t i) {
-        LaidOut::Contact* const from = out.contacts.data() + out.first[i];
-        LaidOut::Contact* at = from;
-        out.store->each(slot_of(i), [&](core::Label partner, const core::HistoryPlace& place) { *at++ = {partner, place}; });
-        std::sort(from, at, [](const LaidOut::Contact& a, const LaidOut::Contact& b) { return a.partner < b.partner; });
-    });
-    if (!from_tiles) {
-        TALUS_CHECK(sub.keeps_sums);
-        out.sums = sub.sums;
-    } else {
-        out.sums.assign(sub.n_owned, core::ForceSum{});
-        for (const core::Tile& tile : sub.tiles) std::copy(tile.sums.begin(), tile.sums.begin() + tile.count, out.sums.begin() + tile.first);
-    }
-    TALUS_CHECK(out.sums.size() == sub.n_owned && sub.references.size() >= sub.n_owned);
+    TALUS_CHECK(sub.references.size() >= sub.n_owned && (!sub.laid_out || (sub.keeps_sums && sub.sums.size() == sub.n_owned)));
     // Material, group and colour are all that meta holds; whatever is added to it needs a place in the format.
     for (std::uint32_t i = 0; i < sub.n_owned; ++i) TALUS_CHECK(sub.particles[i].meta >> 24 == 0);
 }
@@ -92,15 +95,15 @@ Totals sum_totals(EngineState& s) {
 
 std::vector<Column> contact_columns(const LaidOut& laid, const Rows& rows) {
     const auto partner = [&laid](std::uint64_t row, std::uint64_t n, std::byte* bytes) {
-        for (std::uint64_t k = 0; k < n; ++k) std::memcpy(bytes + k * sizeof(core::Label), &laid.contacts[row + k].partner, sizeof(core::Label));
+        laid.each_row(row, n, [&](std::uint64_t k, const LaidOut::Contact& c) { std::memcpy(bytes + k * sizeof(core::Label), &c.partner, sizeof(core::Label)); });
     };
     const auto doubles = static_cast<std::size_t>(laid.store->history_doubles);
     const auto history = [&laid, doubles](std::uint64_t row, std::uint64_t n, std::byte* bytes) {
         double values[core::kMaxHistoryDoubles];
-        for (std::uint64_t k = 0; k < n; ++k) {
-            laid.store->get(laid.contacts[row + k].place, values);
+        laid.each_row(row, n, [&](std::uint64_t k, const LaidOut::Contact& c) {
+            laid.store->get(c.place, values);
             std::memcpy(bytes + k * doubles * sizeof(double), values, doubles * sizeof(double));
-        }
+        });
     };
     std::vector<Column> columns{{kContactPartner, "", Kind::i64, 0, rows, partner}};
     if (doubles > 0) columns.push_back({kContactHistory, "", Kind::f64, doubles, rows, history});
@@ -125,14 +128,14 @@ void save_checkpoint(EngineState& s, const std::string& path) {
     Subdomain& sub = s.sub;
     LaidOut laid;
     agree(*s.comm, [&] { lay_out(s, laid); });
-    const std::vector<std::int64_t> grains = count_by_rank(*s.comm, sub.n_owned), contacts = count_by_rank(*s.comm, laid.contacts.size());
+    const std::vector<std::int64_t> grains = count_by_rank(*s.comm, sub.n_owned), contacts = count_by_rank(*s.comm, laid.first.back());
     const Rows grain_rows = rows_in_rank_order(grains, s.comm->rank());
     const Totals totals = sum_totals(s);
 
     NewFile file;
     file.path = path;
     file.sealed = true;
-    file.columns = grain_columns({sub.particles.data(), sub.references.data(), laid.sums.data()}, grain_rows, true);
+    file.columns = grain_columns({sub.particles.data(), sub.references.data(), sub.laid_out ? sub.sums.data() : nullptr, sub.tiles}, grain_rows, true);
     file.columns.push_back(plain_column(kContactNumber, Kind::u32, 0, grain_rows, laid.number.data(), true));
     for (Column& c : vtk_columns(*s.comm, grain_rows)) file.columns.push_back(std::move(c));
     for (Column& c : contact_columns(laid, rows_in_rank_order(contacts, s.comm->rank()))) file.columns.push_back(std::move(c));
