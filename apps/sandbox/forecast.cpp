@@ -170,8 +170,7 @@ private:
         assume(fmt::format("Files are written at {:.3g} MB/s by all ranks together, {}.", 1e-6 * m.write_bytes_per_second,
                            m.write_bytes_per_second == costs_.write_bytes_per_second ? "as one rank did when costs were measured"
                                                                                      : "as stated"));
-        assume(saves(config_) ? "Memory is that of writing a checkpoint, when most is held; a ghost takes as much as a grain."
-                              : "No checkpoint is written, so memory is that of stepping; a ghost takes as much as a grain.");
+        assume("Memory is the most while stepping, rebuilding lists and writing files; a ghost takes as much as a grain.");
         if (!costs_.memory.is_measured && !costs_.is_built_in())
             assume("Memory a grain is a built-in value: it needs a sample of 20,000 grains to be measured.");
     }
