@@ -15,7 +15,7 @@ namespace {
 
 constexpr double kGhostBytes = 96;   // twelve doubles a ghost and step (runtime/comm/halo.cpp), and a chunk
 constexpr double kTileGrains = 1024; // when [engine] tile_grains is 0
-constexpr double kImbalance = 1.1;   // largest over mean load, up to which subdomains are left as they are
+constexpr double kImbalance = 1.04;  // largest over mean load (core/balance.hpp: kGoodEnough), up to which subdomains are left as they are
 constexpr double kGhostWork = 0.25;  // of a grain: its contacts with own grains are evaluated on both ranks
 
 // Checkpoints (runtime/io/checkpoint_layout.hpp): columns of a grain with the ones that ParaView needs, a contact at both of

@@ -10,6 +10,7 @@
 #include <thread>
 
 #include "../support/determinism.hpp"
+#include "../support/sheared_block.hpp"
 
 namespace talus::test {
 namespace {
@@ -25,18 +26,7 @@ World make_bed(int32_t policy) {
     run.rebalance = policy;
     run.tile_grains = 0;
     run.rank_grid[0] = 2;
-    const double d = 2.0 * kSceneRadius;
-    const Vec3 size{80 * d, 16 * d, 64 * d};
-    talus_settings s = scene_settings({-d, -d, 0.0}, {size[0] + d, 3.0 * size[1] + d, size[2]}, run);
-    s.periodic[2] = 1;
-    World world(s, run.comm);
-    const int32_t sand = world.material(kSceneSand);
-    world.contact(sand, sand, 0.2, 0.6, 0.05);
-    world.wall(sand, {0, 0, 0}, {0, 1, 0}, {0.5, 0, 0});
-    world.wall(sand, {0, 3.0 * size[1], 0}, {0, -1, 0});
-    world.wall(sand, {0, 0, 0}, {1, 0, 0});
-    world.wall(sand, {size[0], 0, 0}, {-1, 0, 0});
-    world.insert(lattice(80, 16, 64, {0, 0, 0}, 0.02, 0.05), 0.1);
+    World world = make_sheared_block({80, 16, 64}, 0.5, run);
     world.step(20);
     return world;
 }

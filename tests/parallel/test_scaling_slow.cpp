@@ -8,6 +8,7 @@
 #include <thread>
 
 #include "../support/determinism.hpp"
+#include "../support/sheared_block.hpp"
 
 namespace talus::test {
 namespace {
@@ -21,18 +22,7 @@ World make_bed(int32_t comm, int32_t threads) {
     run.rebalance = TALUS_REBALANCE_AUTO;
     run.skin = 0.0;
     run.tile_grains = 0;
-    const double d = 2.0 * kSceneRadius;
-    const Vec3 size{80 * d, 64 * d, 80 * d};
-    talus_settings s = scene_settings({-d, -d, 0.0}, {size[0] + d, 1.5 * size[1] + d, size[2]}, run);
-    s.periodic[2] = 1;
-    World world(s, run.comm);
-    const int32_t sand = world.material(kSceneSand);
-    world.contact(sand, sand, 0.2, 0.6, 0.05);
-    world.wall(sand, {0, 0, 0}, {0, 1, 0}, {0.1, 0, 0});
-    world.wall(sand, {0, 1.5 * size[1], 0}, {0, -1, 0});
-    world.wall(sand, {0, 0, 0}, {1, 0, 0});
-    world.wall(sand, {size[0], 0, 0}, {-1, 0, 0});
-    world.insert(lattice(80, 64, 80, {0, 0, 0}, 0.02, 0.05), 0.1);
+    World world = make_sheared_block({80, 64, 80}, 0.1, run);
     world.step(30);
     return world;
 }
