@@ -296,6 +296,9 @@ void link_borders(std::vector<Tile>& tiles) {
     }
 }
 
+namespace {
+
+/// The tiles beside each along an axis, through wraps too; empty where the axis has one tile.
 std::vector<std::vector<int>> tiles_beside(const CellOrder& order, int axis) {
     const CellGrid& g = order.grid;
     if (g.tiles[axis] == 1) return {};
@@ -317,6 +320,8 @@ std::vector<std::vector<int>> tiles_beside(const CellOrder& order, int axis) {
             }
     return beside;
 }
+
+} // namespace
 
 void link_neighbours(const CellOrder& order, std::vector<Tile>& tiles) {
     for (std::size_t t = 0; t < tiles.size(); ++t) tiles[t].neighbours = {static_cast<int>(t)};

@@ -73,8 +73,6 @@ void build_candidates(const CandidateSource& source, Tile& tile, CandidateScratc
 /// Tell every tile which border rows elsewhere belong to its grains. After all tiles are built.
 void link_borders(std::vector<Tile>& tiles);
 
-/// The tiles beside each along an axis, through wraps too; empty where the axis has one tile.
-std::vector<std::vector<int>> tiles_beside(const CellOrder& order, int axis);
 /// Adjacent tiles of each tile: those that one step or none along every axis leads to. Once per grid.
 void link_neighbours(const CellOrder& order, std::vector<Tile>& tiles);
 

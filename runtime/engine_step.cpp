@@ -182,16 +182,15 @@ void Engine::first_forces() {
 
 namespace {
 
-constexpr int kTilesBetweenProgress = 8; // a call into MPI that finds nothing takes some microseconds, a tile a hundred
-
 /// The nodes of a step follow the tiles and neighbours; a graph that still fits is kept.
 void renew_graph(EngineState& s) {
     GraphShape shape;
     shape.talks = s.parallel() && s.halo.talks();
     shape.parts = s.halo.n_parts();
-    shape.tiles = s.sub.tiles.size();
-    for (int a = 0; a < 3; ++a) shape.beside[a] = core::tiles_beside(s.sub.order, a);
-    for (const core::Tile& t : s.sub.tiles) shape.sees_ghosts.push_back(!t.ghost_chunks.empty());
+    for (const core::Tile& t : s.sub.tiles) {
+        shape.neighbours.push_back(t.neighbours);
+        shape.sees_ghosts.push_back(!t.ghost_chunks.empty());
+    }
     for (int k = 0; k < s.halo.n_neighbours(); ++k) shape.tiles_of_send.push_back(s.halo.tiles_of(k));
     if (s.graph && s.graph->shape() == shape) return;
 
@@ -207,18 +206,16 @@ void renew_graph(EngineState& s) {
             s.errors.set(ErrorKind::internal, e.what());
         }
     };
-    hooks.force = [&s, guarded](int t) {
+    hooks.force = [&s](int t) {
         s.workers.muster(static_cast<int>(s.sub.tiles.size()));
         force_tile(s, t);
-        // Now and then: the neighbour that waits for this rank's message cannot fetch it alone.
-        if (s.parallel() && t % kTilesBetweenProgress == 0) guarded([&] { s.halo.progress(); });
     };
     hooks.send = [&s, guarded](int k) {
         if (s.integrate.begin) guarded([&] { s.halo.send(k, s.sub); });
     };
     hooks.halo_arrived = [&s, guarded] {
         bool arrived = true;
-        if (s.halo_under_way) guarded([&] { arrived = s.halo.arrived(); });
+        guarded([&] { arrived = s.halo.arrived(); });
         return arrived;
     };
     hooks.halo_take = [&s](int part) {

@@ -119,7 +119,7 @@ std::pair<double, double> force_in_graph_and_loop(EngineState& s) {
 
 double empty_firing(EngineState& s, int& nodes) {
     runtime::GraphShape shape = s.graph->shape();
-    nodes = 2 * static_cast<int>(shape.tiles);
+    nodes = 2 * static_cast<int>(shape.neighbours.size());
     runtime::StepHooks hooks;
     hooks.force = hooks.integrate = hooks.send = [](int) {};
     hooks.halo_arrived = [] { return true; };

@@ -290,6 +290,7 @@ void Halo::send(int k, const Subdomain& sub) {
     }
     const std::lock_guard lock(requests_->guard);
     check_mpi(MPI_Start(&requests_->sends[k]), "MPI_Start");
+    sending_ = true;
 }
 
 void Halo::start_receives() {
@@ -300,17 +301,11 @@ void Halo::start_receives() {
 }
 
 bool Halo::arrived() {
-    const std::lock_guard lock(requests_->guard); // polls come from any worker
-    if (!receiving_) return true;
-    receiving_ = !test_all(requests_->receives);
-    return !receiving_;
-}
-
-void Halo::progress() {
     const std::unique_lock lock(requests_->guard, std::try_to_lock);
-    if (!lock) return;
-    test_all(requests_->sends);
+    if (!lock) return false;
+    if (sending_) sending_ = !test_all(requests_->sends);
     if (receiving_) receiving_ = !test_all(requests_->receives);
+    return !receiving_;
 }
 
 int Halo::n_parts() const { return static_cast<int>(parts_.size()); }
@@ -331,7 +326,7 @@ void Halo::drain() {
     const std::lock_guard lock(requests_->guard);
     check_mpi(MPI_Waitall(static_cast<int>(requests_->sends.size()), requests_->sends.data(), MPI_STATUSES_IGNORE), "MPI_Waitall");
     check_mpi(MPI_Waitall(static_cast<int>(requests_->receives.size()), requests_->receives.data(), MPI_STATUSES_IGNORE), "MPI_Waitall");
-    receiving_ = false;
+    receiving_ = sending_ = false;
 }
 
 std::int64_t Halo::bytes_per_step() const {

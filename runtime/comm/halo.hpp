@@ -35,10 +35,9 @@ public:
     void send(int k, const Subdomain& sub);
     /// Post the receives of one message a neighbour.
     void start_receives();
-    /// Try to complete them. @return true when all have arrived
+    /// Let MPI go on with what is under way, both ways: long messages move only inside its calls, so a neighbour that waits cannot
+    /// fetch its own alone. @return true when nothing is awaited; false too while another worker is asking
     bool arrived();
-    /// Let MPI go on with what is under way, unless another worker is at it: long messages move only inside its calls, on both sides.
-    void progress();
     /// The ghosts are written in so many parts, which may be written at once.
     int n_parts() const;
     /// Write a part of what arrived into the ghosts.
@@ -62,7 +61,7 @@ private:
     std::vector<Receive> receives_;
     std::vector<Part> parts_;
     std::unique_ptr<Requests> requests_;
-    bool receiving_ = false;
+    bool receiving_ = false, sending_ = false;
 };
 
 } // namespace talus::runtime

@@ -1,6 +1,6 @@
 #include "runtime/graph/step_graph.hpp"
 
-#include <deque>
+#include <atomic>
 #include <thread>
 
 #include <tbb/flow_graph.h>
@@ -11,157 +11,199 @@ namespace talus::runtime {
 
 namespace flow = tbb::flow;
 
-struct StepGraph::Nodes {
-    using Node = flow::continue_node<flow::continue_msg>;
-    using Join = flow::continue_node<flow::continue_msg, flow::lightweight>; // runs where its last predecessor did
+namespace {
 
-    Nodes(Workers& w, StepHooks h) : workers(w), hooks(std::move(h)) {}
+constexpr int kForcesBetweenLooks = 8; // a call into MPI that finds nothing takes some microseconds, a tile a hundred
+
+using Node = flow::continue_node<flow::continue_msg>;
+
+/// Lets the last of so many go on, once a firing.
+class Countdown {
+public:
+    void add() { left_.store(++all_, std::memory_order_relaxed); }
+    bool waits() const { return all_ > 0; }
+    /// @return true for the last, who sees what the others did. The next firing begins anew.
+    bool down() {
+        if (left_.fetch_sub(1, std::memory_order_acq_rel) != 1) return false;
+        left_.store(all_, std::memory_order_relaxed);
+        ready_.done();
+        return true;
+    }
+    /// What the last one lets go comes after it.
+    Milestone& ready() { return ready_; }
+
+private:
+    std::atomic<int> left_{0};
+    int all_ = 0;
+    Milestone ready_;
+};
+
+/// Who counts down on what, of many, one after the other in memory.
+class Lists {
+public:
+    explicit Lists(const std::vector<std::vector<int>>& lists = {}) {
+        for (const auto& list : lists) {
+            items_.insert(items_.end(), list.begin(), list.end());
+            first_.push_back(items_.size());
+        }
+    }
+    template <class Body>
+    void for_each(int k, Body body) const {
+        for (std::size_t at = first_[static_cast<std::size_t>(k)]; at < first_[static_cast<std::size_t>(k) + 1]; ++at) body(static_cast<std::size_t>(items_[at]));
+    }
+
+private:
+    std::vector<std::size_t> first_{0};
+    std::vector<int> items_;
+};
+
+/// @param lists  of each of some, which of n others are in it
+/// @return of each of the others, in whose lists it is
+std::vector<std::vector<int>> turned(const std::vector<std::vector<int>>& lists, std::size_t n) {
+    std::vector<std::vector<int>> of(n);
+    for (std::size_t k = 0; k < lists.size(); ++k)
+        for (const int item : lists[k]) of[static_cast<std::size_t>(item)].push_back(static_cast<int>(k));
+    return of;
+}
+
+} // namespace
+
+struct StepGraph::Nodes {
+    Nodes(Workers& w, StepHooks h, const GraphShape& s)
+        : workers(w), hooks(std::move(h)), shape(s), neighbours(s.neighbours), sends_of_tile(turned(s.tiles_of_send, s.neighbours.size())), forces_left(s.neighbours.size()), moves_left(s.tiles_of_send.size()),
+          forces_done(s.neighbours.size()), taken(static_cast<std::size_t>(s.parts)), done(s.neighbours.size() + s.tiles_of_send.size()) {}
 
     Workers& workers;
     StepHooks hooks;
+    const GraphShape& shape;
     // The graph takes the arena it is made in, so it is made inside ours.
     std::unique_ptr<flow::graph> graph;
-    std::unique_ptr<flow::broadcast_node<flow::continue_msg>> start;
-    std::unique_ptr<flow::function_node<flow::continue_msg>> poll;
-    std::unique_ptr<flow::broadcast_node<flow::continue_msg>> arrived;
-    std::unique_ptr<Join> ghosts; // all parts of them are written
+    std::unique_ptr<flow::broadcast_node<flow::continue_msg>> start, arrived;
+    std::unique_ptr<Node> poll;
+    std::unique_ptr<flow::continue_node<flow::continue_msg, flow::lightweight>> ghosts; // all parts of them are written
     std::vector<std::unique_ptr<Node>> take, force, integrate, send;
-    std::vector<std::unique_ptr<Join>> joins;
-    Milestone fired, messages_here, ghosts_written;
-    std::vector<Milestone> taken, forces_done, integrated, sent;
-    std::deque<std::vector<Milestone>> joined; // along each axis but the last
 
-    /// What a compute node does. `before` are the milestones of its predecessors: one for every edge.
+    Lists neighbours, sends_of_tile;
+    std::vector<Countdown> forces_left, moves_left; // that integrate(t) and send(k) wait for
+    Countdown without_ghosts_left;                  // forces that need no message
+    std::atomic<bool> messages_taken{false};        // somebody has seen that they are all there
+    Milestone fired, messages_here, ghosts_written;
+    std::vector<Milestone> forces_done, taken, done; // done: of integrate and send
+
+    /// What a node does that is timed as a phase: first what it comes after, last what it lets go.
     struct Task {
         Nodes& nodes;
         Phase phase;
         int item;
         std::function<void(int)>& body;
-        std::vector<Milestone*> before;
+        Milestone& before;
         Milestone& mine;
-        bool of_tile;
+        void (Nodes::*then)(int); // may be null
         Milestone made;
 
         void run() {
             made.after();
-            for (Milestone* m : before) m->after();
+            before.after();
             const double seconds = nodes.workers.timed(phase, item, [&] { body(item); });
-            if (of_tile && nodes.hooks.worked) nodes.hooks.worked(item, seconds);
+            if (phase != Phase::halo_exchange && nodes.hooks.worked) nodes.hooks.worked(item, seconds);
             mine.done();
+            if (then != nullptr) (nodes.*then)(item);
         }
     };
     std::vector<std::unique_ptr<Task>> tasks;
 
-    /// What nodes of one kind, one a tile, hand on.
-    struct Layer {
-        std::vector<flow::sender<flow::continue_msg>*> nodes;
-        std::vector<Milestone>* done;
-    };
-    /// The predecessors of tile t in a layer: its own node, and those beside it.
-    static std::vector<std::size_t> among(std::size_t t, const std::vector<int>& beside) {
-        std::vector<std::size_t> all{t};
-        all.insert(all.end(), beside.begin(), beside.end());
-        return all;
+    static void go(Node& node) { node.try_put(flow::continue_msg{}); }
+
+    void after_force(int t) {
+        // The poll goes below what this tile lets go.
+        if (shape.talks && !shape.sees_ghosts[static_cast<std::size_t>(t)] && without_ghosts_left.down()) go(*poll);
+        const auto down = [this](std::size_t u) {
+            if (forces_left[u].down()) go(*integrate[u]);
+        };
+        neighbours.for_each(t, down);
+        down(static_cast<std::size_t>(t));
+        if (shape.talks && t % kForcesBetweenLooks == 0) look();
     }
-    static std::vector<Milestone*> milestones(const Layer& layer, const std::vector<std::size_t>& tiles) {
-        std::vector<Milestone*> all;
-        for (const std::size_t u : tiles) all.push_back(&(*layer.done)[u]);
-        return all;
-    }
-    /// A layer that joins what is beside along an axis.
-    Layer join(const Layer& layer, const std::vector<std::vector<int>>& beside) {
-        Layer next{{}, &joined.emplace_back(layer.nodes.size())};
-        for (std::size_t t = 0; t < layer.nodes.size(); ++t) {
-            const auto from = among(t, beside[t]);
-            auto body = [before = milestones(layer, from), mine = &(*next.done)[t]](flow::continue_msg) noexcept TALUS_TASK_BODY { pass_on(before, *mine); };
-            Join* node = joins.emplace_back(std::make_unique<Join>(*graph, std::move(body))).get();
-            for (const std::size_t u : from) flow::make_edge(*layer.nodes[u], *node);
-            next.nodes.push_back(node);
-        }
-        return next;
-    }
-    static void pass_on(const std::vector<Milestone*>& before, Milestone& mine) {
-        for (Milestone* m : before) m->after();
-        mine.done();
+    void after_integrate(int t) {
+        sends_of_tile.for_each(t, [this](std::size_t k) {
+            if (moves_left[k].down()) go(*send[k]);
+        });
     }
 
+    /// @return true when the messages are there, whoever saw it
+    bool look() {
+        if (!hooks.halo_arrived()) return messages_taken;
+        if (messages_taken.exchange(true)) return true;
+        messages_here.done();
+        arrived->try_put(flow::continue_msg{});
+        return true;
+    }
+    void poll_once() {
+        without_ghosts_left.ready().after();
+        fired.after();
+        if (look()) return;
+        // Nothing there: let another process have the processor.
+        std::this_thread::yield();
+        go(*poll);
+    }
     void all_taken() {
         messages_here.after();
         for (Milestone& part : taken) part.after();
         hooks.halo_taken();
         ghosts_written.done();
     }
-    void poll_once() {
-        fired.after();
-        if (hooks.halo_arrived()) {
-            messages_here.done();
-            arrived->try_put(flow::continue_msg{});
-            return;
-        }
-        // Nothing there: let another process or worker have the processor, then queue up again behind all compute nodes.
-        std::this_thread::yield();
-        poll->try_put(flow::continue_msg{});
+
+    std::unique_ptr<Node> make(Phase phase, int item, std::function<void(int)>& body, Milestone& before, Milestone& mine, void (Nodes::*then)(int)) {
+        Task* task = tasks.emplace_back(new Task{*this, phase, item, body, before, mine, then, {}}).get();
+        task->made.done();
+        return std::make_unique<Node>(*graph, [task](flow::continue_msg) TALUS_TASK_BODY { task->run(); });
     }
+    void make_all();
 };
 
-StepGraph::StepGraph(Workers& workers, GraphShape shape, StepHooks hooks) : shape_(std::move(shape)), nodes_(std::make_unique<Nodes>(workers, std::move(hooks))) {
-    Nodes& n = *nodes_;
-    const bool talks = shape_.talks;
-    const auto& tiles_of_send = shape_.tiles_of_send;
-    const std::size_t n_tiles = shape_.tiles;
-    workers.arena().execute([&] {
-        n.graph = std::make_unique<flow::graph>();
-        n.start = std::make_unique<flow::broadcast_node<flow::continue_msg>>(*n.graph);
-        // Priorities cost a little in the scheduler; without messages there is nothing to go before.
-        const flow::node_priority_t priority = talks ? 1 : flow::no_priority;
-        const auto node = [&](Phase phase, int item, std::function<void(int)>& body, std::vector<Milestone*> before, Milestone& mine) {
-            Nodes::Task* task = n.tasks.emplace_back(new Nodes::Task{n, phase, item, body, std::move(before), mine, phase != Phase::halo_exchange, {}}).get();
-            task->made.done();
-            return std::make_unique<Nodes::Node>(*n.graph, [task](flow::continue_msg) TALUS_TASK_BODY { task->run(); }, priority);
-        };
-        n.forces_done.resize(n_tiles);
-        n.integrated.resize(n_tiles);
-        n.sent.resize(tiles_of_send.size());
-        if (talks) {
-            n.poll = std::make_unique<flow::function_node<flow::continue_msg>>(*n.graph, flow::unlimited, [&n](flow::continue_msg) TALUS_TASK_BODY { n.poll_once(); });
-            n.arrived = std::make_unique<flow::broadcast_node<flow::continue_msg>>(*n.graph);
-            flow::make_edge(*n.start, *n.poll);
-            n.taken.resize(static_cast<std::size_t>(shape_.parts));
-            n.ghosts = std::make_unique<Nodes::Join>(*n.graph, [&n](flow::continue_msg) noexcept TALUS_TASK_BODY { n.all_taken(); });
-            flow::make_edge(*n.arrived, *n.ghosts);
-            for (int p = 0; p < shape_.parts; ++p) {
-                n.take.push_back(node(Phase::halo_exchange, p, n.hooks.halo_take, {&n.messages_here}, n.taken[static_cast<std::size_t>(p)]));
-                flow::make_edge(*n.arrived, *n.take.back());
-                flow::make_edge(*n.take.back(), *n.ghosts);
-            }
+void StepGraph::Nodes::make_all() {
+    const std::size_t n_tiles = shape.neighbours.size(), n_sends = shape.tiles_of_send.size();
+    graph = std::make_unique<flow::graph>();
+    start = std::make_unique<flow::broadcast_node<flow::continue_msg>>(*graph);
+    if (shape.talks) {
+        poll = std::make_unique<Node>(*graph, [this](flow::continue_msg) TALUS_TASK_BODY { poll_once(); });
+        arrived = std::make_unique<flow::broadcast_node<flow::continue_msg>>(*graph);
+        ghosts = std::make_unique<flow::continue_node<flow::continue_msg, flow::lightweight>>(*graph, [this](flow::continue_msg) noexcept TALUS_TASK_BODY { all_taken(); });
+        flow::make_edge(*arrived, *ghosts);
+        for (int p = 0; p < shape.parts; ++p) {
+            take.push_back(make(Phase::halo_exchange, p, hooks.halo_take, messages_here, taken[static_cast<std::size_t>(p)], nullptr));
+            flow::make_edge(*arrived, *take.back());
+            flow::make_edge(*take.back(), *ghosts);
         }
-        for (std::size_t t = 0; t < n_tiles; ++t) {
-            const bool waits = talks && shape_.sees_ghosts[t];
-            n.force.push_back(node(Phase::force, static_cast<int>(t), n.hooks.force, {waits ? &n.ghosts_written : &n.fired}, n.forces_done[t]));
-            flow::make_edge(waits ? static_cast<flow::sender<flow::continue_msg>&>(*n.ghosts) : *n.start, *n.force.back());
+    }
+    const auto waits = [&](std::size_t t) { return shape.talks && shape.sees_ghosts[t]; };
+    std::vector<std::size_t> far, near;
+    for (std::size_t t = 0; t < n_tiles; ++t) {
+        force.push_back(make(Phase::force, static_cast<int>(t), hooks.force, waits(t) ? ghosts_written : fired, forces_done[t], &Nodes::after_force));
+        integrate.push_back(make(Phase::integrate, static_cast<int>(t), hooks.integrate, forces_left[t].ready(), done[t], &Nodes::after_integrate));
+        bool beside_ghosts = false;
+        forces_left[t].add();
+        for (const int u : shape.neighbours[t]) {
+            forces_left[t].add();
+            beside_ghosts = beside_ghosts || waits(static_cast<std::size_t>(u));
         }
-        Nodes::Layer layer{{}, &n.forces_done};
-        for (const auto& f : n.force) layer.nodes.push_back(f.get());
-        std::vector<std::vector<int>> beside(n_tiles);
-        bool first = true;
-        for (const auto& axis : shape_.beside) {
-            if (axis.empty()) continue;
-            if (!first) layer = n.join(layer, beside);
-            beside = axis;
-            first = false;
+        if (waits(t)) {
+            flow::make_edge(*ghosts, *force[t]);
+        } else {
+            (beside_ghosts ? near : far).push_back(t);
+            without_ghosts_left.add();
         }
-        for (std::size_t t = 0; t < n_tiles; ++t) {
-            const auto from = Nodes::among(t, beside[t]);
-            n.integrate.push_back(node(Phase::integrate, static_cast<int>(t), n.hooks.integrate, Nodes::milestones(layer, from), n.integrated[t]));
-            for (const std::size_t u : from) flow::make_edge(*layer.nodes[u], *n.integrate[t]);
-        }
-        for (std::size_t k = 0; k < tiles_of_send.size(); ++k) {
-            std::vector<Milestone*> before;
-            for (const int t : tiles_of_send[k]) before.push_back(&n.integrated[static_cast<std::size_t>(t)]);
-            n.send.push_back(node(Phase::halo_exchange, static_cast<int>(k), n.hooks.send, std::move(before), n.sent[k]));
-            for (const int t : tiles_of_send[k]) flow::make_edge(*n.integrate[static_cast<std::size_t>(t)], *n.send.back());
-        }
-    });
+    }
+    for (const auto* tiles : {&far, &near})
+        for (const std::size_t t : *tiles) flow::make_edge(*start, *force[t]);
+    for (std::size_t k = 0; k < n_sends; ++k) {
+        send.push_back(make(Phase::halo_exchange, static_cast<int>(k), hooks.send, moves_left[k].ready(), done[n_tiles + k], nullptr));
+        for (std::size_t n = 0; n < shape.tiles_of_send[k].size(); ++n) moves_left[k].add();
+    }
+}
+
+StepGraph::StepGraph(Workers& workers, GraphShape shape, StepHooks hooks) : shape_(std::move(shape)), nodes_(std::make_unique<Nodes>(workers, std::move(hooks), shape_)) {
+    workers.arena().execute([&] { nodes_->make_all(); });
 }
 
 StepGraph::~StepGraph() {
@@ -170,13 +212,20 @@ StepGraph::~StepGraph() {
 
 void StepGraph::fire() {
     Nodes& n = *nodes_;
+    n.messages_taken = false;
     n.fired.done();
     n.workers.arena().execute([&] {
         n.start->try_put(flow::continue_msg{});
+        if (shape_.talks) {
+            if (!n.without_ghosts_left.waits())
+                Nodes::go(*n.poll);
+            else
+                n.look();
+        }
         n.graph->wait_for_all();
     });
     n.ghosts_written.after();
-    for (auto* milestones : {&n.forces_done, &n.integrated, &n.sent})
+    for (auto* milestones : {&n.forces_done, &n.done})
         for (Milestone& m : *milestones) m.after();
 }
 

@@ -31,9 +31,9 @@ std::vector<core::Tile> ring(int n, bool ghosts) {
 constexpr int kParts = 3; // of the ghosts
 
 GraphShape shape_of(const std::vector<core::Tile>& tiles, bool talks, std::vector<std::vector<int>> tiles_of_send) {
-    GraphShape shape{talks, talks ? kParts : 0, tiles.size(), {}, {}, std::move(tiles_of_send)};
+    GraphShape shape{talks, talks ? kParts : 0, {}, {}, std::move(tiles_of_send)};
     for (const core::Tile& t : tiles) {
-        shape.beside[1].push_back(t.neighbours);
+        shape.neighbours.push_back(t.neighbours);
         shape.sees_ghosts.push_back(!t.ghost_chunks.empty());
     }
     return shape;
@@ -125,9 +125,7 @@ TEST(Graph, a_tile_in_a_grid_moves_after_the_forces_of_all_around_it_through_cor
 
         Workers workers(2);
         Watch watch(tiles, {});
-        GraphShape shape{false, 0, tiles.size(), {}, std::vector<bool>(tiles.size(), false), {}};
-        for (int a = 0; a < 3; ++a) shape.beside[a] = core::tiles_beside(order, a);
-        StepGraph graph(workers, std::move(shape), watch.hooks());
+        StepGraph graph(workers, shape_of(linked, false, {}), watch.hooks());
         for (watch.firing = 0; watch.firing < 300; ++watch.firing) graph.fire();
         watch.expect_all_fired(300, false);
     }
