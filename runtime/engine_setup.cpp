@@ -367,7 +367,7 @@ void Engine::colour_layers(int axis, double origin, double thickness) {
         const int colour = static_cast<int>(layer - 256.0 * std::floor(layer / 256.0));
         p.meta = core::make_meta(core::material_of(p), core::group_of(p), colour);
     }
-    lists_stale_ = true; // ghosts carry colours too
+    // Ghosts keep their colours until the next lists: nobody reads them.
     ++generation_;
 }
 

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <numeric>
 
 #include "runtime/phase/old_tiles.hpp"
 #include "runtime/phase/phases.hpp"
@@ -108,6 +109,16 @@ void find_watched_chunks(const EngineState& s, Tile& tile) {
     }
 }
 
+/// The tiles plane by plane along the axis with the most of them: old tiles are held for the fewest new ones then.
+std::vector<int> plane_by_plane(const Subdomain& sub) {
+    const int* tiles = sub.order.grid.tiles;
+    const auto axis = std::max_element(tiles, tiles + 3) - tiles;
+    std::vector<int> order(sub.tiles.size());
+    std::iota(order.begin(), order.end(), 0);
+    std::stable_sort(order.begin(), order.end(), [&](int t, int u) { return sub.tiles[t].index[axis] < sub.tiles[u].index[axis]; });
+    return order;
+}
+
 } // namespace
 
 void build_pairs(EngineState& s) {
@@ -136,9 +147,10 @@ void build_pairs(EngineState& s) {
     const core::CandidateSource source{sub.particles, sub.n_owned, sub.order, sub.cell_first, sub.ghost_cell_first, sub.ghost_order, sub.ghost_shift, sub.ghost_chunk, walls, s.model.skin()};
     OldTiles old(s);
     // Taken in order, whoever takes them, so that old tiles are soon done with.
-    std::atomic<int> next{0};
+    const std::vector<int> order = plane_by_plane(sub);
+    std::atomic<std::size_t> next{0};
     s.workers.for_each(Phase::pair_build, static_cast<int>(sub.tiles.size()), [&](int) {
-        const int t = next.fetch_add(1, std::memory_order_relaxed);
+        const int t = order[next.fetch_add(1, std::memory_order_relaxed)];
         Tile& tile = sub.tiles[t];
         old.lend_memory(tile);
         core::CandidateScratch& scratch = s.candidate_scratch[Workers::current()];
