@@ -175,6 +175,7 @@ void Engine::prepare() {
     EngineState& s = *state_;
     agree_on_input();
     if (!lists_stale_ && !setup_stale_ && !forces_stale_) return;
+    finish_step();
     if (s.model.n_particles == 0) fail(ErrorKind::state, "there are no grains: insert some before the first step");
     if (setup_stale_ || lists_stale_) check_setup();
     if (!s.model.units_fixed) fix_units();

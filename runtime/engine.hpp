@@ -56,6 +56,9 @@ public:
     void snapshot(const std::string& path);
     void start_trace(const std::string& path, std::int64_t steps);
 
+    /// The second half kick of the last step, which waits for the next step's first, since both in one pass over the grains take half
+    /// the time. Before anything else looks at velocities, or changes what moves grains. [local]
+    void finish_step();
     /// Bring lists, units and forces up to date so that the state can be observed.
     void prepare();
     EngineState& state() { return *state_; }
@@ -101,6 +104,7 @@ private:
     bool verdict_stale_ = true; // the carried rebuild decision knows nothing of the present velocities
     bool sliced_ = false;       // subdomains follow the grains
     bool rebuild_due_ = false;
+    bool kick_due_ = false; // see finish_step
     std::int64_t verdict_step_ = 0; // at which the verdict under way was taken
     std::string trace_path_;
     std::int64_t trace_left_ = 0;

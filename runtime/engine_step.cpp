@@ -60,6 +60,14 @@ Engine::Verdict Engine::agree_on_step(const std::vector<double>& reduced) {
     return v;
 }
 
+/// A firing without forces.
+static void integrate_between(EngineState& s, bool finish, bool begin) {
+    s.with_forces = false;
+    s.integrate.finish = finish;
+    s.integrate.begin = begin;
+    s.graph->fire();
+}
+
 void Engine::collect_walls(bool count_impulse) {
     EngineState& s = *state_;
     auto& last = s.sub.wall_last;
@@ -97,11 +105,10 @@ bool Engine::step(std::int64_t n_steps, std::int64_t& done) {
         } else {
             verdict.rebuild = rebuild_due_;
         }
-        // First half kick and drift of the first step; from then on each firing ends with those of the next.
-        s.with_forces = false;
-        s.integrate.finish = false;
-        s.integrate.begin = true;
-        s.graph->fire();
+        // First half kick and drift of the first step, with the second half kick of the step before if nobody has asked for its
+        // velocities; from then on each firing ends with those of the next.
+        integrate_between(s, kick_due_, true);
+        kick_due_ = false;
         s.halo_under_way = s.parallel();
 
         bool last = false, stop = false, pending = false;
@@ -124,13 +131,15 @@ bool Engine::step(std::int64_t n_steps, std::int64_t& done) {
                 rebuild(s, false, false);
                 verdict.rebuild = false;
             }
-            s.comm->start_max(local_verdict());
-            pending = true;
+            if (!last) {
+                s.comm->start_max(local_verdict());
+                pending = true;
+            }
 
             s.with_forces = true;
-            s.integrate.finish = true;
-            s.integrate.begin = !last;
+            s.integrate.finish = s.integrate.begin = !last;
             s.graph->fire();
+            kick_due_ = last;
             s.halo_under_way = s.parallel() && !last;
             collect_walls(true);
             ++s.model.step;
@@ -139,12 +148,7 @@ bool Engine::step(std::int64_t n_steps, std::int64_t& done) {
             if (trace_left_ > 0 && --trace_left_ == 0) write_trace();
             if (last) break;
         }
-        // Drain: what this rank still does not know of the last steps.
-        if (pending) {
-            const Verdict v = agree_on_step(s.comm->finish_max());
-            verdict.failed = verdict.failed || v.failed;
-            stop = stop || v.stop;
-        }
+        // What this rank still does not know of the last step.
         if (s.halo_under_way) {
             s.halo.drain();
             s.halo_under_way = false;
@@ -160,6 +164,12 @@ bool Engine::step(std::int64_t n_steps, std::int64_t& done) {
         poisoned_ = true;
         throw;
     }
+}
+
+void Engine::finish_step() {
+    if (!kick_due_ || poisoned_) return;
+    integrate_between(*state_, true, false);
+    kick_due_ = false;
 }
 
 void Engine::first_forces() {

@@ -68,12 +68,15 @@ talus_status guarded(std::string& message, Body body) noexcept {
     }
 }
 
-/// Run body(Engine&) on a handle.
-template <class Body>
+enum class LastStep { finished, as_it_is }; // see Engine::finish_step
+
+/// Run body(Engine&) on a handle, whose last step is finished unless that is of no concern.
+template <LastStep last = LastStep::finished, class Body>
 talus_status with_engine(const talus_engine* handle, Body body) noexcept {
     if (handle == nullptr || handle->live != talus_engine::kLive)
         return guarded(thread_message(), [&]() -> talus_status { core::fail(core::ErrorKind::argument, "the engine handle is {}", handle == nullptr ? "NULL" : "not a live engine"); });
     return guarded(handle->message, [&]() -> talus_status {
+        if constexpr (last == LastStep::finished) handle->engine->finish_step();
         body(*handle->engine);
         return TALUS_OK;
     });

@@ -272,7 +272,7 @@ talus_status talus_particles_view(talus_engine* engine, int32_t field, talus_vie
 }
 
 talus_status talus_engine_generation(const talus_engine* engine, uint64_t* out_generation) {
-    return with_engine(engine, [&](runtime::Engine& e) {
+    return with_engine<LastStep::as_it_is>(engine, [&](runtime::Engine& e) {
         require(out_generation, "out_generation");
         *out_generation = e.generation();
     });

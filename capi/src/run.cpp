@@ -23,7 +23,7 @@ extern "C" {
 
 talus_status talus_engine_step(talus_engine* engine, int64_t n_steps, int64_t* out_done) {
     bool stopped = false;
-    const talus_status status = with_engine(engine, [&](runtime::Engine& e) {
+    const talus_status status = with_engine<LastStep::as_it_is>(engine, [&](runtime::Engine& e) {
         std::int64_t done = 0;
         try {
             stopped = e.step(n_steps, done);
@@ -83,7 +83,7 @@ talus_status talus_engine_state(talus_engine* engine, talus_state* out_state) {
 }
 
 talus_status talus_engine_ranks(talus_engine* engine, int32_t* io_count, talus_rank* out_ranks) {
-    return with_engine(engine, [&](runtime::Engine& e) {
+    return with_engine<LastStep::as_it_is>(engine, [&](runtime::Engine& e) {
         runtime::EngineState& s = e.state();
         const int32_t n = s.comm->size();
         runtime::agree(*s.comm, [&] {
@@ -168,7 +168,7 @@ talus_status talus_engine_internal_force_sum(talus_engine* engine, int64_t out_s
 }
 
 talus_status talus_engine_phases(talus_engine* engine, int32_t* io_count, talus_phase* out_phases) {
-    return with_engine(engine, [&](runtime::Engine& e) {
+    return with_engine<LastStep::as_it_is>(engine, [&](runtime::Engine& e) {
         runtime::agree(*e.state().comm, [&] {
             require(io_count, "io_count");
             require(out_phases, "out_phases");

@@ -101,11 +101,11 @@ talus_status talus_wall_add(talus_engine* engine, const talus_wall* wall, int32_
 }
 
 talus_status talus_wall_set_velocity(talus_engine* engine, int32_t wall, const double velocity[3]) {
-    return with_engine(engine, [&](runtime::Engine& e) { e.set_wall_velocity(wall, Vector(velocity, "velocity").v); });
+    return with_engine<LastStep::as_it_is>(engine, [&](runtime::Engine& e) { e.set_wall_velocity(wall, Vector(velocity, "velocity").v); });
 }
 
 talus_status talus_wall_get(talus_engine* engine, int32_t wall, talus_wall_state* out_state) {
-    return with_engine(engine, [&](runtime::Engine& e) {
+    return with_engine<LastStep::as_it_is>(engine, [&](runtime::Engine& e) {
         const auto& walls = e.state().model.walls;
         if (wall < 0 || wall >= static_cast<int32_t>(walls.size())) core::fail(core::ErrorKind::argument, "wall {}: there are walls 0 to {}", wall, static_cast<int>(walls.size()) - 1);
         require_on_all(e, out_state, "out_state");
