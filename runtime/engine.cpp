@@ -136,7 +136,7 @@ void Engine::refresh_lists() {
         poisoned_ = true; // half of the histories may be in new lists
         throw;
     }
-    rebuild_due_ = false;
+    rebuild_due_ = ghosts_behind_ = false;
     lists_stale_ = false;
     verdict_stale_ = true;
 }
@@ -187,6 +187,15 @@ void Engine::prepare() {
     sliced_ = true; // grains that come before the first step may still change how they are shared out
     refresh_contexts(s);
     ++generation_;
+}
+
+void Engine::prepare_contacts() {
+    prepare();
+    if (!ghosts_behind_) return;
+    finish_step();
+    EngineState& s = *state_;
+    s.workers.timed(Phase::halo_exchange, 0, [&] { s.halo.refresh(s.sub); });
+    ghosts_behind_ = false;
 }
 
 void Engine::fold_wall_work() {

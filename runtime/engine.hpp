@@ -59,8 +59,10 @@ public:
     /// The second half kick of the last step, which waits for the next step's first, since both in one pass over the grains take half
     /// the time. Before anything else looks at velocities, or changes what moves grains. [local]
     void finish_step();
-    /// Bring lists, units and forces up to date so that the state can be observed.
+    /// Bring lists, units and forces up to date so that grains can be observed.
     void prepare();
+    /// The same for contacts: ghosts move with the velocities that their owners have now, not those of the last half step. [collective]
+    void prepare_contacts();
     EngineState& state() { return *state_; }
     const EngineState& state() const { return *state_; }
     std::uint64_t generation() const { return generation_; }
@@ -105,6 +107,7 @@ private:
     bool sliced_ = false;       // subdomains follow the grains
     bool rebuild_due_ = false;
     bool kick_due_ = false; // see finish_step
+    bool ghosts_behind_ = false; // they have the velocities of the last half step
     std::int64_t verdict_step_ = 0; // at which the verdict under way was taken
     std::string trace_path_;
     std::int64_t trace_left_ = 0;

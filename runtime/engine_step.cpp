@@ -139,7 +139,7 @@ bool Engine::step(std::int64_t n_steps, std::int64_t& done) {
             s.with_forces = true;
             s.integrate.finish = s.integrate.begin = !last;
             s.graph->fire();
-            kick_due_ = last;
+            kick_due_ = ghosts_behind_ = last;
             s.halo_under_way = s.parallel() && !last;
             collect_walls(true);
             ++s.model.step;

@@ -65,7 +65,7 @@ talus_status talus_engine_state(talus_engine* engine, talus_state* out_state) {
         t.halo_bytes = s.comm->sum(s.halo.bytes_per_step());
         // Counts are all that a poisoned or empty engine can tell.
         if (!e.poisoned() && s.model.n_particles > 0) {
-            e.prepare();
+            e.prepare_contacts();
             const runtime::Observation o = runtime::observe(s);
             t.contacts = o.contacts;
             t.wall_contacts = o.wall_contacts;
@@ -121,7 +121,7 @@ talus_status talus_energy_init(talus_energy* out) { return init_struct(out, talu
 talus_status talus_engine_energy(talus_engine* engine, talus_energy* out_energy) {
     return with_engine(engine, [&](runtime::Engine& e) {
         require_on_all(e, out_energy, "out_energy");
-        e.prepare();
+        e.prepare_contacts();
         const runtime::Observation o = runtime::observe(e.state());
         talus_energy t{};
         t.kinetic = o.kinetic;
@@ -148,7 +148,7 @@ talus_status talus_engine_stress(talus_engine* engine, const double lo[3], const
             for (int a = 0; a < 3; ++a)
                 if (!(from[a] < to[a])) core::fail(core::ErrorKind::argument, "the box is empty along {}: {} to {}", "xyz"[a], from[a], to[a]);
         });
-        e.prepare();
+        e.prepare_contacts();
         const runtime::StressObservation o = runtime::observe_stress(e.state(), from, to);
         for (int k = 0; k < 9; ++k) out_stress[k] = o.stress[k];
         if (out_solid_fraction != nullptr) *out_solid_fraction = o.solid_fraction;

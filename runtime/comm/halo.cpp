@@ -321,6 +321,14 @@ void Halo::take(int part, Subdomain& sub) {
         std::memcpy(static_cast<void*>(&sub.chunk_displacement[static_cast<std::size_t>(r.first_chunk) + c]), boxes, sizeof(DisplacementBox));
 }
 
+void Halo::refresh(Subdomain& sub) {
+    if (comm_.size() == 1) return;
+    start_receives();
+    for (int k = 0; k < n_neighbours(); ++k) send(k, sub);
+    drain();
+    for (int p = 0; p < n_parts(); ++p) take(p, sub);
+}
+
 void Halo::drain() {
     if (comm_.size() == 1) return;
     const std::lock_guard lock(requests_->guard);

@@ -42,6 +42,8 @@ public:
     int n_parts() const;
     /// Write a part of what arrived into the ghosts.
     void take(int part, Subdomain& sub);
+    /// Send and take one message a neighbour, between steps. [collective]
+    void refresh(Subdomain& sub);
     /// Wait for what is under way, both ways; nothing is written.
     void drain();
 
