@@ -45,10 +45,14 @@ public:
     void stop_grains();
     void colour_layers(int axis, double origin, double thickness);
     std::int64_t remove_above(int axis, double level);
+    std::int64_t remove_box(const double (&lo)[3], const double (&hi)[3]);
+    std::int64_t remove_labels(const std::vector<core::Label>& mine);
     void mark_reference();
 
     /// @param done  steps finished, written on failure too  @return true when a stop was requested, even if all steps were done
     bool step(std::int64_t n_steps, std::int64_t& done);
+    /// Steps to go until a time: see talus_engine_advance_to.
+    std::int64_t steps_until(double time);
     /// [local, any thread, signal handlers]
     void request_stop() { stop_requested_.store(true, std::memory_order_relaxed); }
 
@@ -86,6 +90,8 @@ private:
     void check_overlaps(double max_overlap);
     template <class Keep>
     std::int64_t remove_unless(Keep keep);
+    template <class Keep>
+    std::int64_t take_out(Keep keep);
     void fold_wall_work();
 
     // The loop of step(): see engine_step.cpp.

@@ -280,7 +280,49 @@ std::int64_t Engine::remove_above(int axis, double level) {
     require_healthy();
     require_same(*state_->comm, "axis and level", std::array{static_cast<double>(axis), level});
     if (axis < 0 || axis > 2) fail(ErrorKind::argument, "axis {}: must be 0, 1 or 2", axis);
-    const std::int64_t removed = remove_unless([&](const Particle& p) { return !(p.position[axis] > level); });
+    return take_out([&](const Particle& p) { return !(p.position[axis] > level); });
+}
+
+std::int64_t Engine::remove_box(const double (&lo)[3], const double (&hi)[3]) {
+    require_healthy();
+    require_same(*state_->comm, "lo", lo);
+    require_same(*state_->comm, "hi", hi);
+    return take_out([&](const Particle& p) {
+        bool inside = true;
+        for (int a = 0; a < 3; ++a) inside = inside && p.position[a] >= lo[a] && p.position[a] < hi[a];
+        return !inside;
+    });
+}
+
+std::int64_t Engine::remove_labels(const std::vector<Label>& mine) {
+    require_healthy();
+    EngineState& s = *state_;
+    // All labels on all ranks: whoever holds a grain of them takes it out.
+    std::vector<std::int64_t> counts(static_cast<std::size_t>(s.comm->size()));
+    const auto n = static_cast<std::int64_t>(mine.size());
+    s.comm->gather_all(&n, sizeof n, counts.data());
+    const auto most = static_cast<std::size_t>(*std::max_element(counts.begin(), counts.end()));
+    std::vector<Label> padded(mine), all(most * counts.size());
+    padded.resize(most, mine.empty() ? Label{0} : mine.front());
+    if (most > 0) s.comm->gather_all(padded.data(), most * sizeof(Label), all.data());
+    std::vector<Label> wanted;
+    for (std::size_t r = 0; r < counts.size(); ++r) wanted.insert(wanted.end(), all.begin() + static_cast<std::ptrdiff_t>(r * most), all.begin() + static_cast<std::ptrdiff_t>(r * most) + counts[r]);
+    std::sort(wanted.begin(), wanted.end());
+    wanted.erase(std::unique(wanted.begin(), wanted.end()), wanted.end());
+    std::vector<std::int64_t> found(wanted.size());
+    for (LocalIndex i = 0; i < s.sub.n_owned; ++i) {
+        const auto at = std::lower_bound(wanted.begin(), wanted.end(), s.sub.particles[i].label);
+        if (at != wanted.end() && *at == s.sub.particles[i].label) found[static_cast<std::size_t>(at - wanted.begin())] = 1;
+    }
+    if (!found.empty()) s.comm->sum(found);
+    if (const auto missing = std::find(found.begin(), found.end(), 0); missing != found.end())
+        fail(ErrorKind::argument, "there is no grain with label {} to remove ({} of {} labels are missing)", wanted[static_cast<std::size_t>(missing - found.begin())], std::count(found.begin(), found.end(), 0), wanted.size());
+    return take_out([&](const Particle& p) { return !std::binary_search(wanted.begin(), wanted.end(), p.label); });
+}
+
+template <class Keep>
+std::int64_t Engine::take_out(Keep keep) {
+    const std::int64_t removed = remove_unless(keep);
     forces_stale_ = forces_stale_ || removed > 0;
     ++generation_;
     return removed;

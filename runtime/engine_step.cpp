@@ -166,6 +166,16 @@ bool Engine::step(std::int64_t n_steps, std::int64_t& done) {
     }
 }
 
+std::int64_t Engine::steps_until(double time) {
+    constexpr double kShort = 1e-6; // of a step
+    const Model& m = state_->model;
+    require_same(*state_->comm, "time", std::array{time});
+    if (!std::isfinite(time)) core::fail(ErrorKind::argument, "time = {}: must be finite", time);
+    const double steps = std::ceil((time - m.time) / m.settings.time_step - kShort);
+    if (steps > 0x1p62) core::fail(ErrorKind::argument, "time = {} s is {} steps away", time, steps);
+    return steps > 0.0 ? static_cast<std::int64_t>(steps) : 0;
+}
+
 void Engine::finish_step() {
     if (!kick_due_ || poisoned_) return;
     integrate_between(*state_, true, false);

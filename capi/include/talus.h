@@ -279,6 +279,12 @@ TALUS_API talus_status talus_particles_stop(talus_engine *engine);
 TALUS_API talus_status talus_particles_colour_layers(talus_engine *engine, int32_t axis, double origin, double thickness);
 /** Remove grains whose centre lies above `level` along `axis`; their contacts end. @param out_removed over all ranks [collective] */
 TALUS_API talus_status talus_particles_remove_above(talus_engine *engine, int32_t axis, double level, int64_t *out_removed);
+/** Remove grains whose centre lies in a box, lo <= x < hi; their contacts end. @param out_removed over all ranks, may be NULL [collective] */
+TALUS_API talus_status talus_particles_remove_box(talus_engine *engine, const double lo[3], const double hi[3], int64_t *out_removed);
+/** Remove grains by label, whichever rank holds them and whichever rank names them (several may name one); their contacts end.
+ *  @param labels [count], may be NULL if count is 0 @param out_removed over all ranks, may be NULL
+ *  @return ARGUMENT if there is no grain of a label (nothing is removed then) [collective: own labels on each rank] */
+TALUS_API talus_status talus_particles_remove(talus_engine *engine, int64_t count, const int64_t *labels, int64_t *out_removed);
 /** Take the present positions as the origin of the displacement field. [collective] */
 TALUS_API talus_status talus_particles_mark_reference(talus_engine *engine);
 
@@ -291,6 +297,9 @@ TALUS_API talus_status talus_particles_mark_reference(talus_engine *engine);
  *          groups or other settings differ between ranks) | UNSTABLE, LOST, COMM, INTERNAL, and IO from a trace that could
  *          not be written: the engine is poisoned, only messages, observation of counts and destroy still work */
 TALUS_API talus_status talus_engine_step(talus_engine *engine, int64_t n_steps, int64_t *out_done);
+/** Step until `time` is reached: the last step ends there or less than a step beyond it; a millionth of a step short of it counts as
+ *  there. Otherwise as talus_engine_step. @param time [s]; not later than now: nothing is done [collective: same time] */
+TALUS_API talus_status talus_engine_advance_to(talus_engine *engine, double time, int64_t *out_done);
 /** Ask the running or the next step call to return TALUS_STOPPED after its current step, on every rank (also if that was its
  *  last one). One atomic store. [local] */
 TALUS_API void talus_engine_request_stop(talus_engine *engine);
@@ -386,6 +395,22 @@ TALUS_API talus_status talus_particles_copy(talus_engine *engine, int32_t field,
 /** Gather a field of all grains ordered by label to rank 0; other ranks get count 0. [collective] */
 TALUS_API talus_status talus_particles_gather(talus_engine *engine, int32_t field, int64_t capacity, void *out_data, int64_t *out_count);
 
+/* Fields of contacts that touch, each contact once. i is the grain with the smaller label; j is the other grain, or TALUS_WALL_LABEL
+ * plus the id of a wall. Forces are what the law gives for the positions, velocities and histories of now: the forces of the last
+ * evaluation but for the half step that velocities have made since. Same bits on any ranks. */
+#define TALUS_CONTACT_LABELS 0  /* int64 x2: i and j */
+#define TALUS_CONTACT_FORCE 1   /* double x3, N on i */
+#define TALUS_CONTACT_NORMAL 2  /* double x3, unit vector from j to i */
+#define TALUS_CONTACT_POINT 3   /* double x3, m: the middle of the overlap, within the domain */
+#define TALUS_CONTACT_OVERLAP 4 /* double, m */
+#define TALUS_CONTACT_SLIDING 5 /* int32: 1 at the Coulomb limit in the last step */
+#define TALUS_WALL_LABEL (INT64_C(1) << 62)
+
+/** Copy a field of the contacts whose grain i this rank holds, ordered by i, then j. [collective: same field]
+ *  @param capacity items that fit out_data; a rank that gives 0 only asks how many there are @param out_data type and components as listed
+ *  @param out_count contacts of this rank @return ARGUMENT on all ranks if a capacity above 0 is too small (out_count is then written) */
+TALUS_API talus_status talus_contacts_copy(talus_engine *engine, int32_t field, int64_t capacity, void *out_data, int64_t *out_count);
+
 typedef struct talus_view {
     uint32_t struct_size;
     int32_t components;   /* 1 or 3 */
@@ -408,6 +433,20 @@ typedef struct talus_phase {
 } talus_phase;
 /** Busy time of each phase since creation; writes every field of out_phases, struct_size too. @param io_count capacity in, phases out [collective] */
 TALUS_API talus_status talus_engine_phases(talus_engine *engine, int32_t *io_count, talus_phase *out_phases);
+
+typedef struct talus_memory {
+    uint32_t struct_size;
+    int32_t reserved;
+    int64_t records;   /* [bytes] grains, ghosts, and where they were listed */
+    int64_t cells;     /* [bytes] which grain stands where */
+    int64_t sums;      /* [bytes] forces and torques */
+    int64_t pairs;     /* [bytes] contacts and candidates */
+    int64_t histories; /* [bytes] of contacts */
+    int64_t rebuild;   /* [bytes] kept for the next rebuild of the lists */
+} talus_memory;
+TALUS_API talus_status talus_memory_init(talus_memory *out_memory);
+/** What this rank's engine holds now, used or not; messages and HDF5's own memory are not in it. [local] */
+TALUS_API talus_status talus_engine_memory(talus_engine *engine, talus_memory *out_memory);
 
 /* ---- files -------------------------------------------------------------------------------------------- */
 

@@ -196,6 +196,36 @@ talus_status talus_particles_remove_above(talus_engine* engine, int32_t axis, do
     });
 }
 
+talus_status talus_particles_remove_box(talus_engine* engine, const double lo[3], const double hi[3], int64_t* out_removed) {
+    return with_engine(engine, [&](runtime::Engine& e) {
+        double from[3], to[3];
+        runtime::agree(*e.state().comm, [&] {
+            require(lo, "lo");
+            require(hi, "hi");
+            for (int a = 0; a < 3; ++a) {
+                from[a] = lo[a];
+                to[a] = hi[a];
+                if (!(from[a] < to[a])) core::fail(core::ErrorKind::argument, "the box is empty along {}: {} to {}", "xyz"[a], from[a], to[a]);
+            }
+        });
+        const std::int64_t n = e.remove_box(from, to);
+        if (out_removed != nullptr) *out_removed = n;
+    });
+}
+
+talus_status talus_particles_remove(talus_engine* engine, int64_t count, const int64_t* labels, int64_t* out_removed) {
+    return with_engine(engine, [&](runtime::Engine& e) {
+        std::vector<core::Label> mine;
+        runtime::agree(*e.state().comm, [&] {
+            if (count < 0) core::fail(core::ErrorKind::argument, "count = {}: must be >= 0", count);
+            if (count > 0) require(labels, "labels");
+            mine.assign(labels, labels + count);
+        });
+        const std::int64_t n = e.remove_labels(mine);
+        if (out_removed != nullptr) *out_removed = n;
+    });
+}
+
 talus_status talus_particles_mark_reference(talus_engine* engine) {
     return with_engine(engine, [](runtime::Engine& e) { e.mark_reference(); });
 }

@@ -19,14 +19,14 @@ void copy_vector(const double* from, const char* name, double (&out)[3]) {
 
 } // namespace
 
-extern "C" {
-
-talus_status talus_engine_step(talus_engine* engine, int64_t n_steps, int64_t* out_done) {
+/// @param steps_of  (engine) how many
+template <class StepsOf>
+static talus_status step_engine(talus_engine* engine, int64_t* out_done, StepsOf steps_of) {
     bool stopped = false;
     const talus_status status = with_engine<LastStep::as_it_is>(engine, [&](runtime::Engine& e) {
         std::int64_t done = 0;
         try {
-            stopped = e.step(n_steps, done);
+            stopped = e.step(steps_of(e), done);
         } catch (...) {
             if (out_done != nullptr) *out_done = done;
             throw;
@@ -34,6 +34,16 @@ talus_status talus_engine_step(talus_engine* engine, int64_t n_steps, int64_t* o
         if (out_done != nullptr) *out_done = done;
     });
     return status == TALUS_OK && stopped ? TALUS_STOPPED : status;
+}
+
+extern "C" {
+
+talus_status talus_engine_step(talus_engine* engine, int64_t n_steps, int64_t* out_done) {
+    return step_engine(engine, out_done, [&](runtime::Engine&) { return n_steps; });
+}
+
+talus_status talus_engine_advance_to(talus_engine* engine, double time, int64_t* out_done) {
+    return step_engine(engine, out_done, [&](runtime::Engine& e) { return e.steps_until(time); });
 }
 
 void talus_engine_request_stop(talus_engine* engine) {
@@ -191,6 +201,23 @@ talus_status talus_engine_phases(talus_engine* engine, int32_t* io_count, talus_
             t.calls = mine.calls;
             out_phases[p] = t;
         }
+    });
+}
+
+talus_status talus_memory_init(talus_memory* out) { return init_struct(out, talus_memory{}); }
+
+talus_status talus_engine_memory(talus_engine* engine, talus_memory* out_memory) {
+    return with_engine<LastStep::as_it_is>(engine, [&](runtime::Engine& e) {
+        const runtime::Subdomain::Bytes b = e.state().sub.bytes();
+        talus_memory t{};
+        const auto bytes = [](std::size_t n) { return static_cast<int64_t>(n); };
+        t.records = bytes(b.records);
+        t.cells = bytes(b.cells);
+        t.sums = bytes(b.sums);
+        t.pairs = bytes(b.pairs);
+        t.histories = bytes(b.histories);
+        t.rebuild = bytes(b.rebuild);
+        write_struct(out_memory, "out_memory", t);
     });
 }
 

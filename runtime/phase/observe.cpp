@@ -1,6 +1,7 @@
 // observe: order-free sums over grains and contacts.
 #include "runtime/phase/observe.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "runtime/phase/phases.hpp"
@@ -212,13 +213,8 @@ StressObservation observe_stress(EngineState& s, const double (&lo)[3], const do
         each_contact(s, s.force, tile, [&](const ContactView& c) {
             // A contact of grains counts where they touch; one with a wall, which lies on the edge of any box of the sand,
             // where its grain is.
-            const Particle& i = s.sub.particles[c.particle_i];
-            const core::Vec3d xi = core::make_vec3(i.position);
-            core::Vec3d at = xi - c.normal * (i.radius - 0.5 * c.overlap);
-            core::Reference none{};
-            double wrapped[3] = {at.x, at.y, at.z};
-            core::wrap(s.model.settings.domain, wrapped, none);
-            if (in_box(c.j >= core::kWallLabel ? xi : core::make_vec3(wrapped), lo, hi)) add_outer(out, -c.force, c.branch);
+            const core::Vec3d xi = core::make_vec3(s.sub.particles[c.particle_i].position);
+            if (in_box(c.j >= core::kWallLabel ? xi : contact_point(s, c), lo, hi)) add_outer(out, -c.force, c.branch);
             out.v[Sums::coordination] += in_box(xi, lo, hi) ? 1 : 0;
             if (c.j < core::kWallLabel && in_box(core::make_vec3(s.sub.particles[c.particle_j].position), lo, hi)) out.v[Sums::coordination] += 1;
         });
@@ -228,6 +224,27 @@ StressObservation observe_stress(EngineState& s, const double (&lo)[3], const do
     o.solid_fraction = core::to_double(sum.v[Sums::volume], 1.0 / (volume_scale * kFiner)) / volume;
     o.coordination = sum.v[Sums::in_box] > 0 ? static_cast<double>(sum.v[Sums::coordination]) / static_cast<double>(sum.v[Sums::in_box]) : 0.0;
     return o;
+}
+
+core::Vec3d contact_point(const EngineState& s, const ContactView& c) {
+    const Particle& i = s.sub.particles[c.particle_i];
+    const core::Vec3d at = core::make_vec3(i.position) - c.normal * (i.radius - 0.5 * c.overlap);
+    core::Reference none{};
+    double wrapped[3] = {at.x, at.y, at.z};
+    core::wrap(s.model.settings.domain, wrapped, none);
+    return core::make_vec3(wrapped);
+}
+
+std::vector<ContactRow> list_contacts(EngineState& s, const std::function<core::Vec3d(const ContactView&)>& value) {
+    std::vector<std::vector<ContactRow>> parts(s.sub.tiles.size());
+    s.workers.for_each(Phase::observe, static_cast<int>(parts.size()), [&](int t) { each_contact(s, s.force, s.sub.tiles[t], [&](const ContactView& c) { parts[t].push_back({c.i, c.j, value(c)}); }); });
+    std::vector<ContactRow> all;
+    for (std::vector<ContactRow>& part : parts) {
+        all.insert(all.end(), part.begin(), part.end());
+        part = {};
+    }
+    std::sort(all.begin(), all.end(), [](const ContactRow& a, const ContactRow& b) { return std::pair(a.i, a.j) < std::pair(b.i, b.j); });
+    return all;
 }
 
 void internal_force_sum(EngineState& s, std::int64_t (&out)[3]) {

@@ -1,6 +1,9 @@
 // runtime/phase/observe.hpp: what can be asked of a state. Sums have no order: same bits on any ranks and threads. Nothing changes.
 #pragma once
 
+#include <functional>
+
+#include "core/contact_probe.hpp"
 #include "core/state_digest.hpp"
 #include "runtime/engine_state.hpp"
 
@@ -21,6 +24,15 @@ Observation observe(EngineState& s);
 
 /// [collective]
 core::Digest digest(EngineState& s);
+
+struct ContactRow {
+    core::Label i, j; // j: core::kWallLabel + wall at a wall
+    core::Vec3d value; // as asked for
+};
+/// Contacts whose grain i this rank owns, by labels, each with what `value` makes of it. Ghosts must be up to date.
+std::vector<ContactRow> list_contacts(EngineState& s, const std::function<core::Vec3d(const core::ContactView&)>& value);
+/// The middle of a contact's overlap, within the domain [m].
+core::Vec3d contact_point(const EngineState& s, const core::ContactView& c);
 
 struct WallObservation {
     core::Vec3d force, torque; // on the wall
