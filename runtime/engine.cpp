@@ -218,6 +218,27 @@ double Engine::wall_work(int wall) {
     return w.work + power * s.model.settings.time_step;
 }
 
+std::unique_ptr<KeptState> Engine::keep() {
+    prepare();
+    finish_step();
+    std::unique_ptr<KeptState> kept;
+    agree(*state_->comm, [&] { kept = std::make_unique<KeptState>(*state_); });
+    return kept;
+}
+
+void Engine::restore(const KeptState& kept) {
+    require_healthy();
+    try {
+        agree(*state_->comm, [&] { kept.restore(*state_); });
+    } catch (...) {
+        poisoned_ = true;
+        throw;
+    }
+    lists_stale_ = true;
+    setup_stale_ = forces_stale_ = sliced_ = rebuild_due_ = kick_due_ = ghosts_behind_ = false;
+    ++generation_;
+}
+
 void Engine::save(const std::string& path) {
     prepare();
     save_checkpoint(*state_, path);

@@ -11,6 +11,7 @@
 
 #include "core/packing.hpp"
 #include "runtime/engine_state.hpp"
+#include "runtime/kept_state.hpp"
 
 namespace talus::runtime {
 
@@ -56,6 +57,9 @@ public:
     /// [local, any thread, signal handlers]
     void request_stop() { stop_requested_.store(true, std::memory_order_relaxed); }
 
+    /// A state to come back to, as often as wanted; of this engine only. [collective]
+    std::unique_ptr<KeptState> keep();
+    void restore(const KeptState& kept);
     void save(const std::string& path);
     void snapshot(const std::string& path);
     void start_trace(const std::string& path, std::int64_t steps);

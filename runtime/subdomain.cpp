@@ -1,5 +1,7 @@
 #include "runtime/subdomain.hpp"
 
+#include <numeric>
+
 namespace talus::runtime {
 
 Subdomain::Bytes Subdomain::bytes() const {
@@ -32,6 +34,19 @@ Subdomain::Bytes Subdomain::bytes() const {
     for (const auto* idle : {&spare_tiles, &old_tiles})
         for (const core::Tile& t : *idle) b.rebuild += of_tile(t).total();
     return b;
+}
+
+void Subdomain::hold(std::vector<core::Particle> grains, std::vector<core::Reference> references_of, std::vector<core::ForceSum> sums_of, core::ContactStore contacts_of) {
+    *this = Subdomain{};
+    n_owned = static_cast<core::LocalIndex>(grains.size());
+    particles = std::move(grains);
+    references = std::move(references_of);
+    sums = std::move(sums_of);
+    keeps_sums = true;
+    contacts = std::move(contacts_of);
+    slot_of.resize(n_owned);
+    std::iota(slot_of.begin(), slot_of.end(), 0u);
+    laid_out = true;
 }
 
 } // namespace talus::runtime

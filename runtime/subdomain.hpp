@@ -44,6 +44,9 @@ struct Subdomain {
     bool keeps_sums = true;               // no: forces are evaluated before anybody asks for them
     std::vector<core::ForceSum> sums;     // if kept
 
+    /// Hold these grains and nothing else, laid out. Heat and sums of walls are the caller's to set.
+    void hold(std::vector<core::Particle> grains, std::vector<core::Reference> references_of, std::vector<core::ForceSum> sums_of, core::ContactStore contacts_of);
+
     /// While laid out: keep the owned grains for which keep(i) holds, in their order, with all that stands beside them.
     template <class Keep>
     void keep_owned(Keep keep) {

@@ -457,6 +457,16 @@ TALUS_API talus_status talus_checkpoint_save(talus_engine *engine, const char *p
  *  @param comm_f as talus_engine_create_mpi, or TALUS_SERIAL for a serial engine */
 #define TALUS_SERIAL INT32_MIN
 TALUS_API talus_status talus_checkpoint_load(const char *path, const talus_settings *settings, int32_t comm_f, talus_engine **out_engine);
+typedef struct talus_kept talus_kept;
+/** Keep the whole state in memory (what a checkpoint holds, each rank its own part), to come back to it as often as wanted: implicit
+ *  coupling tries a step more than once. Costs about a rebuild of the lists and a second copy of grains and contacts.
+ *  @param out_kept the caller's, to be given to talus_kept_destroy() on every rank [collective] */
+TALUS_API talus_status talus_engine_keep(talus_engine *engine, talus_kept **out_kept);
+/** Go back to a state that this engine kept; laws, walls, materials, groups, time step and clock included. Lists are built anew at the next
+ *  call that needs them. The same bits follow as did the first time. @return ARGUMENT (state kept) if it is another engine's [collective] */
+TALUS_API talus_status talus_engine_restore(talus_engine *engine, const talus_kept *kept);
+/** Free a kept state; NULL is fine, and so is an engine that is gone. [local] */
+TALUS_API void talus_kept_destroy(talus_kept *kept);
 /** Write a snapshot for ParaView (VTKHDF UnstructuredGrid; use the extension .hdf): one vertex a grain with label,
  *  radius, velocity, displacement, colour, owner. [collective] */
 TALUS_API talus_status talus_snapshot_write(talus_engine *engine, const char *path);

@@ -18,7 +18,16 @@ struct talus_engine {
     static constexpr std::uint64_t kLive = 0x54414c5553454e47ull;
     std::uint64_t live = kLive;
     std::unique_ptr<talus::runtime::Engine> engine;
+    std::shared_ptr<const void> self = std::make_shared<char>(); // tells this engine from a later one at the same place
     mutable std::string message;
+};
+
+/// A state kept in memory, of one engine.
+struct talus_kept {
+    static constexpr std::uint64_t kLive = 0x54414c55534b4550ull;
+    std::uint64_t live = kLive;
+    std::weak_ptr<const void> of; // the engine's `self`
+    std::unique_ptr<talus::runtime::KeptState> state;
 };
 
 namespace talus::capi {

@@ -228,6 +228,32 @@ talus_status talus_checkpoint_save(talus_engine* engine, const char* path) {
     });
 }
 
+talus_status talus_engine_keep(talus_engine* engine, talus_kept** out_kept) {
+    return with_engine(engine, [&](runtime::Engine& e) {
+        require_on_all(e, out_kept, "out_kept");
+        auto kept = std::make_unique<talus_kept>();
+        kept->of = engine->self;
+        kept->state = e.keep();
+        *out_kept = kept.release();
+    });
+}
+
+talus_status talus_engine_restore(talus_engine* engine, const talus_kept* kept) {
+    return with_engine<LastStep::as_it_is>(engine, [&](runtime::Engine& e) {
+        runtime::agree(*e.state().comm, [&] {
+            require(kept, "kept");
+            if (kept->live != talus_kept::kLive || kept->of.lock() != engine->self) core::fail(core::ErrorKind::argument, "the kept state is not one of this engine");
+        });
+        e.restore(*kept->state);
+    });
+}
+
+void talus_kept_destroy(talus_kept* kept) {
+    if (kept == nullptr || kept->live != talus_kept::kLive) return;
+    kept->live = 0;
+    delete kept;
+}
+
 talus_status talus_snapshot_write(talus_engine* engine, const char* path) {
     return with_engine(engine, [&](runtime::Engine& e) {
         require_on_all(e, path, "path");

@@ -195,16 +195,7 @@ void load(EngineState& s, const std::string& path) {
     s.model = std::move(model);
     std::copy(&pairs[0][0], &pairs[0][0] + core::kMaxMaterials * core::kMaxMaterials, &s.force.pairs[0][0]);
     Subdomain& sub = s.sub;
-    sub = Subdomain{};
-    sub.n_owned = static_cast<core::LocalIndex>(share.grains.size());
-    sub.particles = std::move(share.grains);
-    sub.references = std::move(share.references);
-    sub.keeps_sums = true;
-    sub.sums = std::move(share.sums);
-    sub.contacts = std::move(share.contacts);
-    sub.slot_of.resize(sub.n_owned);
-    for (core::LocalIndex i = 0; i < sub.n_owned; ++i) sub.slot_of[i] = i;
-    sub.laid_out = true;
+    sub.hold(std::move(share.grains), std::move(share.references), std::move(share.sums), std::move(share.contacts));
     sub.heat = totals.heat;
     sub.wall_last = std::move(totals.wall_last);
     sub.wall_impulse = std::move(totals.wall_impulse);

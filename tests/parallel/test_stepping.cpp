@@ -98,5 +98,41 @@ TEST(Stepping, what_changes_the_motion_between_calls_does_not_reach_back_into_th
     EXPECT_EQ(turned(false), turned(true));
 }
 
+/// A floor that is driven back and forth, as a host that couples would.
+void drive(World& world, int n) {
+    for (int k = 0; k < n; ++k) {
+        const double v[3] = {k % 2 == 0 ? 0.4 : -0.1, 0.0, 0.0};
+        world.check(talus_wall_set_velocity(world.handle(), 0, v));
+        world.step(3);
+    }
+}
+
+TEST(Kept, a_state_is_come_back_to_bit_for_bit_as_often_as_wanted_through_rebuilds_and_moves_of_cuts) {
+    World world = make_block(), other = make_block();
+    world.step(20);
+    const DigestBits at = digest_of(world.state());
+    talus_kept* kept = nullptr;
+    world.check(talus_engine_keep(world.handle(), &kept));
+    EXPECT_EQ(digest_of(world.state()), at) << "keeping changes nothing";
+    drive(world, 12);
+    const DigestBits first = digest_of(world.state());
+    EXPECT_NE(first, at);
+    for (int again = 0; again < 3; ++again) {
+        if (again == 1) world.step(5); // from wherever the last try ended, in the midst of a step's velocities
+        world.check(talus_engine_restore(world.handle(), kept));
+        if (again != 2) {
+            EXPECT_EQ(digest_of(world.state()), at);
+        }
+        drive(world, 12);
+        EXPECT_EQ(digest_of(world.state()), first);
+    }
+    EXPECT_EQ(talus_engine_restore(other.handle(), kept), TALUS_ERR_ARGUMENT);
+    EXPECT_EQ(talus_engine_restore(world.handle(), nullptr), TALUS_ERR_ARGUMENT);
+    other.step(20);
+    EXPECT_EQ(digest_of(other.state()), at) << "refused, and whole";
+    talus_kept_destroy(kept);
+    talus_kept_destroy(nullptr);
+}
+
 } // namespace
 } // namespace talus::test
