@@ -81,7 +81,7 @@ public:
 
     Clocks clocks() const {
         std::array<talus_phase, 16> phases{};
-        for (talus_phase& phase : phases) phase.struct_size = sizeof phase;
+        talus_phase_init(phases.data());
         auto count = static_cast<std::int32_t>(phases.size());
         scene_.engine.check(talus_engine_phases(scene_.engine.get(), &count, phases.data()), "reading the phases");
         Clocks clocks;

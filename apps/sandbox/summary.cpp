@@ -17,7 +17,7 @@ Json phases_json(const Engine& engine) {
     Json json = Json::object();
     constexpr std::int32_t kMost = 64;
     std::vector<talus_phase> phases(kMost);
-    for (talus_phase& phase : phases) phase.struct_size = sizeof phase;
+    talus_phase_init(phases.data());
     std::int32_t count = kMost;
     if (talus_engine_phases(engine.get(), &count, phases.data()) != TALUS_OK) return json;
     for (std::int32_t i = 0; i < count; ++i)
@@ -29,6 +29,7 @@ Json phases_json(const Engine& engine) {
 Json ranks_json(const Engine& engine, std::int32_t n) {
     std::vector<talus_rank> ranks(static_cast<std::size_t>(n));
     Json json = Json::array();
+    talus_rank_init(ranks.data());
     if (talus_engine_ranks(engine.get(), &n, ranks.data()) != TALUS_OK) return json;
     for (const talus_rank& r : ranks)
         json.push_back({{"rank", r.rank},

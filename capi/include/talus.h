@@ -349,8 +349,9 @@ typedef struct talus_rank {
     int32_t threads;
     double busy;            /* [s] of each of its threads in a step, in the mean since the lists were built; 0 before the first step */
 } talus_rank;
-/** What each rank holds, sends and takes, the same on every rank; writes every field of out_ranks, struct_size too.
- *  @param io_count capacity in, ranks out @return ARGUMENT if the capacity is too small (*io_count is then written) [collective] */
+TALUS_API talus_status talus_rank_init(talus_rank *out_rank);
+/** What each rank holds, sends and takes, the same on every rank.
+ *  @param io_count capacity in, ranks out @param out_ranks the struct_size of the first one (talus_rank_init) tells how far apart they stand @return ARGUMENT if the capacity is too small (*io_count is then written) [collective] */
 TALUS_API talus_status talus_engine_ranks(talus_engine *engine, int32_t *io_count, talus_rank *out_ranks);
 
 typedef struct talus_energy {
@@ -431,7 +432,10 @@ typedef struct talus_phase {
     double min, mean, max;    /* [s] over ranks, busy time summed over threads */
     int64_t calls;            /* nodes run on this rank */
 } talus_phase;
-/** Busy time of each phase since creation; writes every field of out_phases, struct_size too. @param io_count capacity in, phases out [collective] */
+TALUS_API talus_status talus_phase_init(talus_phase *out_phase);
+/** Busy time of each phase since creation. @param io_count capacity in, phases out
+ *  @param out_phases the struct_size of the first one (talus_phase_init) tells how far apart they stand
+ *  @return ARGUMENT if the capacity is too small (*io_count is then written) [collective] */
 TALUS_API talus_status talus_engine_phases(talus_engine *engine, int32_t *io_count, talus_phase *out_phases);
 
 typedef struct talus_memory {

@@ -3,9 +3,11 @@
 
 #include <immintrin.h>
 
+#include <algorithm>
 #include <cstring>
 #include <memory>
 #include <new>
+#include <span>
 #include <string>
 
 #include "core/error.hpp"
@@ -123,6 +125,26 @@ void write_struct(Struct* to, const char* name, Struct value) {
         core::fail(core::ErrorKind::argument, "{}.struct_size = {}: call its _init function first", name, size);
     value.struct_size = size;
     std::memcpy(static_cast<void*>(to), &value, size < sizeof(Struct) ? size : sizeof(Struct));
+}
+
+/// The size of the items of a caller's array, as its first one says.
+template <class Struct>
+std::size_t item_size(const Struct* first, const char* name) {
+    require(first, name);
+    const std::uint32_t size = first->struct_size;
+    if (size < 2 * sizeof(std::uint32_t) || size > 65536)
+        core::fail(core::ErrorKind::argument, "{}[0].struct_size = {}: call its _init function on the first item", name, size);
+    return size;
+}
+/// Write items to a caller's array, no more of each than an item there has.
+template <class Struct>
+void write_items(Struct* to, std::size_t size, std::span<const Struct> items) {
+    auto* out = reinterpret_cast<std::byte*>(to);
+    for (Struct item : items) {
+        item.struct_size = static_cast<std::uint32_t>(size);
+        std::memcpy(out, &item, std::min(size, sizeof(Struct)));
+        out += size;
+    }
 }
 
 template <class Struct>

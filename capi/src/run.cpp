@@ -1,4 +1,6 @@
 // Stepping, observing, files.
+#include <array>
+
 #include "capi/src/guard.hpp"
 #include "runtime/phase/observe.hpp"
 
@@ -96,9 +98,10 @@ talus_status talus_engine_ranks(talus_engine* engine, int32_t* io_count, talus_r
     return with_engine<LastStep::as_it_is>(engine, [&](runtime::Engine& e) {
         runtime::EngineState& s = e.state();
         const int32_t n = s.comm->size();
+        std::size_t size = 0;
         runtime::agree(*s.comm, [&] {
             require(io_count, "io_count");
-            require(out_ranks, "out_ranks");
+            size = item_size(out_ranks, "out_ranks");
             if (*io_count < n) {
                 const int32_t given = *io_count;
                 *io_count = n;
@@ -106,7 +109,6 @@ talus_status talus_engine_ranks(talus_engine* engine, int32_t* io_count, talus_r
             }
         });
         talus_rank mine{};
-        mine.struct_size = sizeof mine;
         mine.rank = s.comm->rank();
         const core::Box box = s.slices.box(mine.rank);
         for (int a = 0; a < 3; ++a) {
@@ -121,7 +123,9 @@ talus_status talus_engine_ranks(talus_engine* engine, int32_t* io_count, talus_r
         mine.threads = s.workers.threads();
         const auto steps = static_cast<double>(s.model.step - s.watch.built_step);
         mine.busy = steps > 0.0 ? s.load.busy_since(s.workers) / steps : 0.0;
-        s.comm->gather_all(&mine, sizeof mine, out_ranks);
+        std::vector<talus_rank> all(static_cast<std::size_t>(n));
+        s.comm->gather_all(&mine, sizeof mine, all.data());
+        write_items(out_ranks, size, std::span<const talus_rank>(all));
         *io_count = n;
     });
 }
@@ -177,11 +181,15 @@ talus_status talus_engine_internal_force_sum(talus_engine* engine, int64_t out_s
     });
 }
 
+talus_status talus_phase_init(talus_phase* out) { return init_struct(out, talus_phase{}); }
+talus_status talus_rank_init(talus_rank* out) { return init_struct(out, talus_rank{}); }
+
 talus_status talus_engine_phases(talus_engine* engine, int32_t* io_count, talus_phase* out_phases) {
     return with_engine<LastStep::as_it_is>(engine, [&](runtime::Engine& e) {
+        std::size_t size = 0;
         runtime::agree(*e.state().comm, [&] {
             require(io_count, "io_count");
-            require(out_phases, "out_phases");
+            size = item_size(out_phases, "out_phases");
             if (*io_count < runtime::kPhases) {
                 const int32_t given = *io_count;
                 *io_count = runtime::kPhases;
@@ -190,17 +198,17 @@ talus_status talus_engine_phases(talus_engine* engine, int32_t* io_count, talus_
         });
         *io_count = runtime::kPhases;
         runtime::Communicator& comm = *e.state().comm;
+        std::array<talus_phase, runtime::kPhases> all{};
         for (int p = 0; p < runtime::kPhases; ++p) {
             const auto mine = e.state().workers.total(static_cast<runtime::Phase>(p));
-            talus_phase t{};
-            t.struct_size = sizeof t;
+            talus_phase& t = all[static_cast<std::size_t>(p)];
             std::strncpy(t.name, runtime::phase_name(static_cast<runtime::Phase>(p)), sizeof t.name - 1);
             t.min = comm.min(mine.seconds);
             t.max = comm.max(mine.seconds);
             t.mean = static_cast<double>(comm.sum(static_cast<std::int64_t>(mine.seconds * 1e9))) * 1e-9 / comm.size();
             t.calls = mine.calls;
-            out_phases[p] = t;
         }
+        write_items(out_phases, size, std::span<const talus_phase>(all));
     });
 }
 

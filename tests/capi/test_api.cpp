@@ -2,6 +2,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cstddef>
+#include <cstring>
 #include <functional>
 #include <thread>
 
@@ -86,6 +88,9 @@ TEST(Api, phases_are_named_counted_and_fit_or_tell_how_many_there_are) {
     world.step(10);
     talus_phase phases[16];
     int32_t n = 2;
+    phases[0].struct_size = 0;
+    EXPECT_EQ(talus_engine_phases(world.handle(), &n, phases), TALUS_ERR_ARGUMENT);
+    talus_phase_init(phases);
     EXPECT_EQ(talus_engine_phases(world.handle(), &n, phases), TALUS_ERR_ARGUMENT);
     EXPECT_EQ(n, 7);
     n = 16;
@@ -99,6 +104,19 @@ TEST(Api, phases_are_named_counted_and_fit_or_tell_how_many_there_are) {
     }
     EXPECT_GE(phases[2].calls, 10);
     EXPECT_GT(phases[2].max, 0.0);
+
+    // Items of a program with a later header, and with an earlier one.
+    for (const std::size_t size : {sizeof(talus_phase) + 24, sizeof(talus_phase) - 8}) {
+        std::vector<unsigned char> bytes(7 * size + 8, 0xee);
+        std::uint32_t first = static_cast<std::uint32_t>(size);
+        std::memcpy(bytes.data(), &first, sizeof first);
+        world.check(talus_engine_phases(world.handle(), &n, reinterpret_cast<talus_phase*>(bytes.data())));
+        for (std::size_t k = 0; k < 7; ++k) {
+            EXPECT_STREQ(reinterpret_cast<const char*>(bytes.data() + k * size + offsetof(talus_phase, name)), names[k]);
+            for (std::size_t b = sizeof(talus_phase); b < size; ++b) EXPECT_EQ(bytes[k * size + b], 0xee);
+        }
+        for (std::size_t b = 7 * size; b < bytes.size(); ++b) EXPECT_EQ(bytes[b], 0xee);
+    }
 }
 
 TEST(Api, a_requested_stop_is_honoured_once_between_steps_and_leaves_the_engine_whole) {

@@ -24,6 +24,9 @@ std::vector<std::pair<const char*, std::function<talus_status(talus_engine*)>>> 
     static talus_energy energy;
     static talus_view view;
     static talus_phase phases[16];
+    static talus_rank a_rank;
+    static talus_memory memory;
+    static talus_kept* kept;
     static double v[9];
     static int64_t n[3];
     static int32_t i, j;
@@ -43,6 +46,9 @@ std::vector<std::pair<const char*, std::function<talus_status(talus_engine*)>>> 
     talus_energy_init(&energy);
     view.struct_size = sizeof view;
     i = 16;
+    talus_phase_init(phases);
+    talus_rank_init(&a_rank);
+    talus_memory_init(&memory);
     return {
         {"rank", [](talus_engine* e) { return talus_engine_rank(e, &i, &j); }},
         {"set_laws", [](talus_engine* e) { return talus_engine_set_laws(e, &laws); }},
@@ -72,6 +78,14 @@ std::vector<std::pair<const char*, std::function<talus_status(talus_engine*)>>> 
         {"view", [](talus_engine* e) { return talus_particles_view(e, TALUS_FIELD_RADIUS, &view); }},
         {"generation", [](talus_engine* e) { return talus_engine_generation(e, &g); }},
         {"phases", [](talus_engine* e) { return talus_engine_phases(e, &i, phases); }},
+        {"ranks", [](talus_engine* e) { return talus_engine_ranks(e, &i, &a_rank); }},
+        {"memory", [](talus_engine* e) { return talus_engine_memory(e, &memory); }},
+        {"contacts", [](talus_engine* e) { return talus_contacts_copy(e, TALUS_CONTACT_FORCE, 0, nullptr, n); }},
+        {"advance_to", [](talus_engine* e) { return talus_engine_advance_to(e, 1.0, n); }},
+        {"remove", [](talus_engine* e) { return talus_particles_remove(e, 0, nullptr, n); }},
+        {"remove_box", [](talus_engine* e) { return talus_particles_remove_box(e, box[0], box[1], n); }},
+        {"keep", [](talus_engine* e) { return talus_engine_keep(e, &kept); }},
+        {"restore", [](talus_engine* e) { return talus_engine_restore(e, kept); }},
         {"checkpoint_save", [](talus_engine* e) { return talus_checkpoint_save(e, "never-written"); }},
         {"snapshot_write", [](talus_engine* e) { return talus_snapshot_write(e, "never-written.hdf"); }},
         {"trace_start", [](talus_engine* e) { return talus_trace_start(e, "never-written", 1); }},
@@ -130,6 +144,16 @@ TEST(ApiArguments, every_function_refuses_null_structs_and_outputs_and_the_engin
         {"generation", [&] { return talus_engine_generation(e, nullptr); }},
         {"phases count", [&] { return talus_engine_phases(e, nullptr, nullptr); }},
         {"phases", [&] { return talus_engine_phases(e, &n, nullptr); }},
+        {"ranks", [&] { return talus_engine_ranks(e, &n, nullptr); }},
+        {"memory", [&] { return talus_engine_memory(e, nullptr); }},
+        {"contacts", [&] { return talus_contacts_copy(e, TALUS_CONTACT_FORCE, 0, nullptr, nullptr); }},
+        {"remove", [&] { return talus_particles_remove(e, 2, nullptr, nullptr); }},
+        {"remove_box", [&] { return talus_particles_remove_box(e, nullptr, hi, nullptr); }},
+        {"keep", [&] { return talus_engine_keep(e, nullptr); }},
+        {"restore", [&] { return talus_engine_restore(e, nullptr); }},
+        {"memory_init", [] { return talus_memory_init(nullptr); }},
+        {"phase_init", [] { return talus_phase_init(nullptr); }},
+        {"rank_init", [] { return talus_rank_init(nullptr); }},
         {"checkpoint_save", [&] { return talus_checkpoint_save(e, nullptr); }},
         {"snapshot_write", [&] { return talus_snapshot_write(e, nullptr); }},
         {"trace_start", [&] { return talus_trace_start(e, nullptr, 3); }},

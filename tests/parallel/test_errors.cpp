@@ -96,6 +96,7 @@ TEST(Errors, a_null_pointer_on_one_rank_is_the_error_of_all) {
     int64_t sum[3];
     expect_everywhere(talus_engine_internal_force_sum(world.handle(), bad ? nullptr : sum, nullptr), TALUS_ERR_ARGUMENT, world.handle(), "out_sum is NULL");
     talus_phase phases[16];
+    talus_phase_init(phases);
     int32_t n = 16;
     expect_everywhere(talus_engine_phases(world.handle(), &n, bad ? nullptr : phases), TALUS_ERR_ARGUMENT, world.handle(), "out_phases is NULL");
     world.step(1);
