@@ -76,6 +76,7 @@ int main(int argc, char **argv) {
 
     if (library == NULL) return fprintf(stderr, "dlopen: %s\n", dlerror()), 1;
     if (!find_all(library)) return 1;
+    if (version() / 10000 != TALUS_VERSION_MAJOR) return fprintf(stderr, "dlopen: library %d is of another ABI\n", (int)version()), 1;
     settings_init(&settings);
     settings.domain_lo[0] = settings.domain_lo[1] = settings.domain_lo[2] = 0;
     settings.domain_hi[0] = settings.domain_hi[1] = settings.domain_hi[2] = 1;

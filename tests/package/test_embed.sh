@@ -73,6 +73,8 @@ for built in by_cmake by_pkg_config; do
 done
 cmp "$work/by_cmake.coupling" "$work/by_pkg_config.coupling" || fail "steps that were taken back and tried again left different states"
 [[ ! -e $work/talus-coupling.h5 ]] || fail "coupling left its file behind"
+number=$(printf '#include <talus.h>\nTALUS_VERSION_NUMBER\n' | cc -E -P -I "$prefix/include" - | tail -1)
+grep -q "^library $((number))," "$work/by_cmake.dlopen" || fail "header and library differ in version"
 ! readelf -d "$work/by_cmake/dlopen" | grep -q 'NEEDED.*talus' || fail "the dlopen example is linked with Talus"
 
 # Sand: neither a liquid nor a brick.

@@ -47,8 +47,8 @@ offers 'sand.friction=' run --set sand.fr
 offers_some 'run.threads=' run --set ''
 offers_some 'other.toml' run --set run.seed=3 ''
 
-# Every option and every key that the program has is offered.
+# Every option and every key that the program has is offered, and no other. (Each look starts the program, and MPI with it.)
 for command in run check plan; do
-    for option in $("$program" $command --help | grep -oE '^ +(-h,)?--[a-z]+' | sed 's/.*--/--/'); do offers_some "$option" $command -- ; done
+    offers "$("$program" $command --help | grep -oE '^ +(-h,)?--[a-z]+' | sed 's/.*--/--/' | sort | paste -sd'|')" $command --
 done
 (($(_talus_sandbox_keys "$program" | wc -l) == $("$program" keys | grep -cE '^  [a-z_]+ '))) || { echo "keys are missed" >&2; exit 1; }
