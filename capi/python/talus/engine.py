@@ -29,6 +29,14 @@ def handle_of(comm: Any) -> int:
     return _arrays.integer("comm", comm, "i4")
 
 
+def path_of(path: Path) -> bytes:
+    """A path as C takes it, which would end it at a zero byte without a word."""
+    text = os.fsencode(path)
+    if b"\0" in text:
+        raise ValueError(f"path {path!r}: has a zero byte")
+    return text
+
+
 class Engine(Setup, Grains, Observer):
     """One simulation.
 
@@ -60,7 +68,7 @@ class Engine(Setup, Grains, Observer):
         Raises FileError if the file cannot be read or is damaged."""
         struct = given(Settings, settings, values)
         pointer = c_void_p()
-        status = lib.talus_checkpoint_load(os.fsencode(path), struct, SERIAL if comm is None else handle_of(comm), pointer)
+        status = lib.talus_checkpoint_load(path_of(path), struct, SERIAL if comm is None else handle_of(comm), pointer)
         engine = cls.__new__(cls)
         engine._adopt(status, pointer, comm)
         return engine
@@ -102,15 +110,15 @@ class Engine(Setup, Grains, Observer):
 
     def save(self, path: Path) -> None:
         """Write a checkpoint, one HDF5 file, from which load() goes on with the same bits. [collective]"""
-        self._call(lib.talus_checkpoint_save, os.fsencode(path))
+        self._call(lib.talus_checkpoint_save, path_of(path))
 
     def snapshot(self, path: Path) -> None:
         """Write a picture of the state for ParaView; the name must end with .hdf. [collective]"""
-        self._call(lib.talus_snapshot_write, os.fsencode(path))
+        self._call(lib.talus_snapshot_write, path_of(path))
 
     def trace(self, path: Path, steps: int) -> None:
         """Record the task graph's timeline of the next steps, in Chrome's trace format, written when they are done. [collective]"""
-        self._call(lib.talus_trace_start, os.fsencode(path), _arrays.integer("steps", steps, "i8"))
+        self._call(lib.talus_trace_start, path_of(path), _arrays.integer("steps", steps, "i8"))
 
     def __repr__(self) -> str:
         return f"<talus.Engine, {'closed' if self.closed else f'generation {self.generation}'}>"
