@@ -1,5 +1,5 @@
 # timeout: 300
-# An installed Talus, moved to another place, is found by CMake and by pkg-config, and a C program runs with it.
+# An installed Talus, moved to another place, is found by CMake and by pkg-config, and C and Python programs run with it.
 set -euo pipefail
 [[ -z ${TALUS_SANITIZE:-} ]] || exit 77 # a user's program is not built with our sanitizers
 
@@ -32,6 +32,11 @@ flags=$(PKG_CONFIG_PATH=$pc pkg-config --cflags --libs talus)
 # shellcheck disable=SC2086 # several words on purpose
 cc "$work/user/main.c" $flags -Wl,-rpath,"$lib" -o "$work/user/by_pkg_config"
 "$work/user/by_pkg_config"
+
+# The Python package finds the library of its own prefix.
+package=$(dirname "$(dirname "$(find "$work/moved" -path '*/talus/__init__.py')")")
+env -u TALUS_LIBRARY PYTHONPATH="$package" /usr/bin/python3 -B -c \
+    'import sys, talus; print(talus.build_info()); assert talus._library.lib._name.startswith(sys.argv[1])' "$(realpath "$lib")"
 
 # The driver is installed beside the library and finds it wherever both were moved.
 sandbox=$work/moved/bin/talus-sandbox

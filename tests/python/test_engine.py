@@ -127,13 +127,13 @@ def test_a_stop_asked_for_by_another_thread_ends_the_step(world):
 
 def test_a_second_caller_is_refused_while_an_engine_steps(world):
     world.step(1)
-    seen, started = [], threading.Event()
+    seen, started, view = [], threading.Event(), world.view("radius")
 
     def look():
         started.wait()
         while not seen:
             try:
-                world.state()
+                world.state(), view.stale
             except talus.BusyError as error:
                 seen.append(error)
             except talus.ClosedError:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import contextlib
 import ctypes
 import threading
 import warnings
 import weakref
+from collections.abc import Iterator
 from typing import Any, Optional
 
 from . import _functions  # noqa: F401  (binds the prototypes)
@@ -60,36 +62,43 @@ class Handle:
             raise ClosedError("the engine is closed")
         return pointer
 
-    def _call(self, function: Any, *arguments: Any) -> int:
-        """Call function(engine, *arguments), raise its failure, return its status (OK or STOPPED)."""
+    @contextlib.contextmanager
+    def _alone(self) -> Iterator[ctypes.c_void_p]:
+        """The pointer, for as long as no other thread is inside of a call on this engine."""
         if not self._busy.acquire(blocking=False):
             raise BusyError("another thread is inside a call on this engine; one engine takes one caller at a time")
         try:
-            pointer = self._pointer()
+            yield self._pointer()
+        finally:
+            self._busy.release()
+
+    def _call(self, function: Any, *arguments: Any) -> int:
+        """Call function(engine, *arguments), raise its failure, return its status (OK or STOPPED)."""
+        with self._alone() as pointer:
             status: int = function(pointer, *arguments)
             text = lib.talus_engine_message(pointer) if status < 0 else None
             if self._exported:
-                self._warn_of_stale_arrays()
-        finally:
-            self._busy.release()
+                now = ctypes.c_uint64()
+                lib.talus_engine_generation(pointer, now)
+                self._warn_of_stale_arrays(now.value, 4)
         raise_for(status, text)
         return status
 
     def _generation(self) -> int:
-        """Changes whenever views become stale. Read without the lock: it only looks, and views ask often."""
+        """Changes whenever views become stale."""
         number = ctypes.c_uint64()
-        raise_for(lib.talus_engine_generation(self._pointer(), number), b"")
+        self._call(lib.talus_engine_generation, number)
         return number.value
 
-    def _warn_of_stale_arrays(self, closing: bool = False) -> None:
-        generation = None if closing else self._generation()
+    def _warn_of_stale_arrays(self, generation: Optional[int], stacklevel: int) -> None:
+        """Tell once of arrays that someone still holds and that are not of this generation (None: of any)."""
         stale = [memory for memory in self._exported if memory.generation != generation]
         for memory in stale:
             self._exported.discard(memory)
         if stale:
             warnings.warn(
                 f"an array of view({stale[0].name!r}) is still held after the engine moved on; it may show freed memory. "
-                "Keep the View, which checks, or a copy", StaleArrayWarning, stacklevel=4)
+                "Keep the View, which checks, or a copy", StaleArrayWarning, stacklevel=stacklevel)
 
     @property
     def closed(self) -> bool:
@@ -100,16 +109,11 @@ class Handle:
         """Free everything; again is fine, and so is after an error. [collective for a healthy parallel engine, else local]
 
         Called at the end of a `with` block. A serial engine is also freed when nothing refers to it any more."""
-        if self._box.pointer is None:
+        if self.closed:
             return
-        if not self._busy.acquire(blocking=False):
-            raise BusyError("another thread is inside a call on this engine")
-        try:
-            if self._exported:
-                self._warn_of_stale_arrays(closing=True)
+        with self._alone():
+            self._warn_of_stale_arrays(None, 3)
             self._box.destroy()
-        finally:
-            self._busy.release()
 
     def request_stop(self) -> None:
         """Ask the running or the next step() to end after its current step, on every rank. [local]
@@ -122,7 +126,8 @@ class Handle:
     @property
     def message(self) -> str:
         """The text of the last failure; empty if the last call went well. [local]"""
-        text: bytes = lib.talus_engine_message(self._pointer())
+        with self._alone() as pointer:
+            text: bytes = lib.talus_engine_message(pointer)
         return text.decode(errors="replace")
 
 

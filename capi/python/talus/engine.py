@@ -121,7 +121,7 @@ class Engine(Setup, Grains, Observer):
         self._call(lib.talus_trace_start, path_of(path), _arrays.integer("steps", steps, "i8"))
 
     def __repr__(self) -> str:
-        return f"<talus.Engine, {'closed' if self.closed else f'generation {self.generation}'}>"
+        return f"<talus.Engine, {'closed' if self.closed else 'open'}>"
 
 
 def rank_grid(lengths: Any, ranks: int, periodic: Any = None, given: Any = None) -> tuple[int, int, int]:

@@ -11,7 +11,7 @@ from ._arrays import Array
 from ._constants import Field
 from ._library import lib
 from ._structs import ViewRecord
-from .errors import StaleView
+from .errors import BusyError, StaleView
 
 if TYPE_CHECKING:
     from ._handle import Handle
@@ -101,5 +101,8 @@ class View(np.lib.mixins.NDArrayOperatorsMixin):
         return getattr(ufunc, method)(*plain, **keywords)
 
     def __repr__(self) -> str:
-        state = "stale" if self.stale else f"generation {self.generation}"
+        try:
+            state = "stale" if self.stale else f"generation {self.generation}"
+        except BusyError:  # a debugger's thread may well ask
+            state = "the engine is busy"
         return f"<talus.View of {self.field.name.lower()}, shape {self.shape}, {state}>"
