@@ -1,5 +1,6 @@
 """What talus.h declares, found by the compiler: names by its preprocessor, layouts and values by a program it compiles."""
 
+import functools
 import json
 import re
 import shutil
@@ -24,11 +25,13 @@ def compiler():
     return found
 
 
+@functools.lru_cache
 def preprocessed(*options):
     done = subprocess.run([compiler(), "-E", *options, "-I", str(INCLUDE), str(HEADER)], capture_output=True, text=True, check=True)
     return done.stdout
 
 
+@functools.lru_cache
 def own_text():
     """The header after preprocessing, without what it includes, on one line."""
     lines, own = [], False
@@ -62,9 +65,21 @@ def functions():
     found = {}
     text = re.sub(r"struct \w+ \{[^{}]*\}", "", own_text())
     for result, name, arguments in re.findall(r"([\w ]+?[ *]+)\b(talus_\w+)\s*\(((?:[^()]|\([^()]*\))*)\)\s*;", text):
-        parts = [] if arguments.strip() == "void" else re.split(r",(?![^()]*\))", arguments)
-        found[name] = (plain_type(result), [plain_type(re.sub(r"(?<=[ *])\w+\s*(?=(\[|$))", "", part.strip())) for part in parts])
+        found[name] = (plain_type(result), arguments_of(arguments))
     return found
+
+
+def arguments_of(text):
+    """The types in an argument list, without the names; a callback is kept as "result (*)(arguments)"."""
+    parts = [] if text.strip() == "void" else re.split(r",(?![^()]*\))", text)
+    named = [re.sub(r"\(\s*\*\s*\w+\s*\)", "(*)", p) if "(" in p else re.sub(r"(?<=[ *])\w+\s*(?=(\[|$))", "", p) for p in map(str.strip, parts)]
+    return [plain_type(p) for p in named]
+
+
+def callbacks():
+    """Types of pointers to functions: {"talus_name": "int32_t (*)(void *, int64_t)"}."""
+    found = re.findall(r"typedef ([\w ]+?[ *]*)\(\s*\*\s*(\w+)\s*\)\s*\(([^()]*)\)\s*;", own_text())
+    return {name: f"{plain_type(result)} (*)({arguments})" for result, name, arguments in found}
 
 
 def plain_type(text):
