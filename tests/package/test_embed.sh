@@ -22,6 +22,11 @@ mv "$work/first" "$work/moved"
 prefix=$work/moved
 lib=$(dirname "$(find "$prefix" -name libtalus.so)")
 
+# The Python package finds the library of its own prefix.
+package=$(dirname "$(dirname "$(find "$prefix" -path '*/talus/__init__.py')")")
+quietly env -u TALUS_LIBRARY PYTHONPATH="$package" /usr/bin/python3 -B -c \
+    'import sys, talus; assert talus._library.lib._name.startswith(sys.argv[1])' "$(realpath "$lib")"
+
 # The examples, as someone would have them who copied the folder.
 cp -r "$TALUS_SOURCE_DIR/apps/embed" "$work/embed"
 quietly cmake -S "$work/embed" -B "$work/by_cmake" -DCMAKE_PREFIX_PATH="$prefix" -DCMAKE_COMPILE_WARNING_AS_ERROR=ON
