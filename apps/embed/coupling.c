@@ -3,7 +3,7 @@
  * fit the force at that end. So the host tries a velocity, sees what force it meets, takes the engine back to where the step
  * began, and tries what that force asks for, until both agree.
  *
- *   cc -std=c99 coupling.c $(pkg-config --cflags --libs talus) -lm -o coupling && ./coupling [HOST STEPS [FOLDER]]
+ *   cc -std=c99 coupling.c $(pkg-config --cflags --libs talus) -lm -o coupling && ./coupling [HOST STEPS]
  */
 #include <inttypes.h>
 #include <math.h>
@@ -11,9 +11,8 @@
 #include <stdlib.h>
 #include <talus.h>
 
-/* [s] of the host, in which Talus takes ten steps; [kg], [N/m], [N s/m] of the block; and the file that keeps the engine. */
+/* [s] of the host, in which Talus takes ten steps; [kg], [N/m], [N s/m] of the block. */
 static const double kStep = 4e-4, kMass = 0.05, kSpring = 60, kDashpot = 1;
-static char saved[4096];
 
 /* The one way out of a failure. Talus itself never exits; a program of one page may. */
 static void check(talus_status status, const talus_engine *engine, const char *doing) {
@@ -22,13 +21,11 @@ static void check(talus_status status, const talus_engine *engine, const char *d
     exit(1);
 }
 
-/* The two functions to change for a host that keeps states elsewhere than in files. */
-static void save(talus_engine *engine) { check(talus_checkpoint_save(engine, saved), engine, "saving"); }
-static talus_engine *restored(talus_engine *tried, const talus_settings *settings) {
-    talus_engine *engine = NULL;
-    talus_engine_destroy(tried);
-    check(talus_checkpoint_load(saved, settings, TALUS_SERIAL, &engine), NULL, "restoring");
-    return engine;
+/* The state that a host step begins with. */
+static talus_kept *begin(talus_engine *engine) {
+    talus_kept *kept = NULL;
+    check(talus_engine_keep(engine, &kept), engine, "keeping the state");
+    return kept;
 }
 
 static talus_engine *make(talus_settings *settings) {
@@ -81,19 +78,20 @@ int main(int argc, char **argv) {
     talus_settings settings;
     talus_state state;
     talus_engine *engine = make(&settings);
-    snprintf(saved, sizeof saved, "%s/talus-coupling.h5", argc > 2 ? argv[2] : ".");
     for (k = 0; k < steps; ++k) {
-        for (save(engine), fits = v;; engine = restored(engine, &settings), ++tries) {
+        talus_kept *kept = begin(engine);
+        for (fits = v;; check(talus_engine_restore(engine, kept), engine, "going back"), ++tries) {
             force = push(engine, tried = fits);
             fits = (kMass * v + kStep * (force - kSpring * x)) / (kMass + kStep * kDashpot + kStep * kStep * kSpring); /* Euler, implicit */
             if (fabs(fits - tried) < 1e-7) break; /* [m/s] */
-            if (tries > 50 * steps) return fprintf(stderr, "coupling: host step %ld does not converge\n", k), remove(saved), 1;
+            if (tries > 50 * steps) return fprintf(stderr, "coupling: host step %ld does not converge\n", k), 1;
         }
+        talus_kept_destroy(kept);
         v = tried, x += kStep * v; /* the wall moved at this velocity, so the block did */
     }
     talus_state_init(&state);
     check(talus_engine_state(engine, &state), engine, "observing");
     printf("%ld host steps in %ld tries; the block gave way by %.3f mm, pushed by %.3f N\n", steps, tries, 1e3 * x, force);
     printf("digest %016" PRIx64 "%016" PRIx64 "\n", state.digest_hi, state.digest_lo);
-    return talus_engine_destroy(engine), remove(saved); /* 0 */
+    return talus_engine_destroy(engine), 0;
 }

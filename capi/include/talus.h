@@ -7,12 +7,15 @@
  *            talus_engine_request_stop() alone may be called from anywhere, a signal handler included.
  * Ranks      [local] the calling rank only; [collective] every rank of the engine's communicator, in the same
  *            order, with the same arguments unless said. A serial engine is a communicator of one.
- * Errors     every function returns a talus_status: TALUS_OK (0) or a negative number that never changes its
- *            meaning. Outputs are untouched on failure unless said. The text is had from
+ * Errors     every function returns a talus_status: TALUS_OK (0), TALUS_STOPPED (1, from stepping), or a negative number that
+ *            never changes its meaning. Outputs are untouched on failure unless said. _init functions fail for NULL only.
+ *            The text of a failure is had, until the next call on the engine, from
  *            talus_engine_message() (by engine) or talus_message() (calling thread, for failed creates).
  *            The library never prints, exits, aborts, and never initialises or finalises MPI.
  * Structs    every struct begins with struct_size and is filled by its _init function before use; the library
- *            reads what the caller's size covers and takes defaults for the rest.
+ *            reads what the caller's size covers and takes defaults for the rest. Members without a default are to be set.
+ *            In an array of structs the first one's struct_size tells how far apart they stand. A struct that has grown since
+ *            the first header has an _init_sized, which its _init then stands for: the size is the program's.
  * Bits       the trajectory is a function of the physics alone: the same bits on any number of ranks and
  *            threads, any skin, tile size and rebalancing, and across checkpoints (x86-64 with AVX2 and FMA).
  */
@@ -60,7 +63,7 @@ TALUS_API const char *talus_status_string(talus_status status);
 TALUS_API const char *talus_message(void);
 /** TALUS_VERSION_NUMBER of the library in use. [local] */
 TALUS_API int32_t talus_version(void);
-/** One line about the build: version, compiler, optimisation, MPI and HDF5; never NULL. [local] */
+/** One line about the build: version, compiler, optimisation; never NULL. [local] */
 TALUS_API const char *talus_build_info(void);
 
 /* ---- settings ----------------------------------------------------------------------------------------- */
@@ -134,6 +137,9 @@ typedef struct talus_settings {
 TALUS_API talus_status talus_laws_init(talus_laws *out_laws);
 /** Fill with the defaults named above; domain and time step are left NaN and must be given. [local] */
 TALUS_API talus_status talus_settings_init(talus_settings *out_settings);
+/** The same for a struct of this size: what a program compiled against another header has. [local] */
+TALUS_API talus_status talus_settings_init_sized(talus_settings *out_settings, size_t struct_size);
+#define talus_settings_init(out_settings) talus_settings_init_sized((out_settings), sizeof(talus_settings))
 
 /* ---- life cycle --------------------------------------------------------------------------------------- */
 
@@ -151,8 +157,9 @@ TALUS_API talus_status talus_engine_create_mpi(const talus_settings *settings, i
  *  [collective for a healthy parallel engine, else local] */
 TALUS_API void talus_engine_destroy(talus_engine *engine);
 /** The text of the engine's last failure, the same on every rank for a collective call; never NULL; valid until
- *  the next call. [local] */
+ *  the next call on the engine, any call, which empties it. [local] */
 TALUS_API const char *talus_engine_message(const talus_engine *engine);
+/** @param out_rank, out_ranks may be NULL [local] */
 TALUS_API talus_status talus_engine_rank(const talus_engine *engine, int32_t *out_rank, int32_t *out_ranks);
 
 /** The subdomains along x, y and z that a run on so many ranks has (settings.rank_grid chosen: least halos), for planning one.
@@ -165,9 +172,10 @@ TALUS_API talus_status talus_rank_grid(const double lengths[3], const int32_t pe
 TALUS_API talus_status talus_engine_set_laws(talus_engine *engine, const talus_laws *laws);
 /** Change the time step between steps; checked at the next step. [collective] */
 TALUS_API talus_status talus_engine_set_time_step(talus_engine *engine, double time_step);
+/** @param gravity [m/s^2] [collective] */
 TALUS_API talus_status talus_engine_set_gravity(talus_engine *engine, const double gravity[3]);
 /** The Rayleigh step of the present grains (smallest over them), physics of Li et al.: pi R sqrt(rho/G) /
- *  (0.1631 nu + 0.8766). @param out_step [s]; infinity without grains. [collective] */
+ *  (0.1631 nu + 0.8766). A usual time step is 0.1 to 0.2 of it. @param out_step [s]; infinity without grains. [collective] */
 TALUS_API talus_status talus_engine_critical_step(talus_engine *engine, double *out_step);
 
 /* ---- materials ---------------------------------------------------------------------------------------- */
@@ -175,7 +183,7 @@ TALUS_API talus_status talus_engine_critical_step(talus_engine *engine, double *
 typedef struct talus_material {
     uint32_t struct_size;
     int32_t rigid;       /* 1: infinitely stiff (walls only); young and poisson are then ignored; default 0 */
-    double young;        /* [Pa] > 0 */
+    double young;        /* [Pa] > 0; no default, as for the two below */
     double poisson;      /* [1] 0 <= nu < 0.5 */
     double density;      /* [kg/m^3] > 0; not used for walls */
 } talus_material;
@@ -183,14 +191,14 @@ typedef struct talus_material {
 typedef struct talus_contact {
     uint32_t struct_size;
     int32_t reserved;
-    double restitution;      /* [1] 0.05 <= e <= 1 */
-    double friction;         /* [1] >= 0, Coulomb */
-    double rolling_friction; /* [1] >= 0 */
+    double restitution;      /* [1] 0.05 <= e <= 1; no default */
+    double friction;         /* [1] >= 0, Coulomb; default 0 */
+    double rolling_friction; /* [1] >= 0; default 0 */
 } talus_contact;
 
 TALUS_API talus_status talus_material_init(talus_material *out_material);
 TALUS_API talus_status talus_contact_init(talus_contact *out_contact);
-/** Add a material before the first step. @param out_id 0, 1, 2 ... at most 16. [collective] */
+/** Add a material before the first step. @param out_id 0, 1, 2 ... at most 16; may be NULL. [collective] */
 TALUS_API talus_status talus_material_add(talus_engine *engine, const talus_material *material, int32_t *out_id);
 /** Set what two materials do in touch; order does not matter; may be called again between steps. Every pair that
  *  can meet must be set before the first step. [collective] */
@@ -200,10 +208,10 @@ TALUS_API talus_status talus_contact_set(talus_engine *engine, int32_t material_
 
 typedef struct talus_wall {
     uint32_t struct_size;
-    int32_t material;
-    double point[3];    /* [m] a point of the plane */
-    double normal[3];   /* [1] towards the grains; normalised by the library */
-    double velocity[3]; /* [m/s] of the plane: along the normal it moves, within the plane it drags */
+    int32_t material;   /* an id; default 0 */
+    double point[3];    /* [m] a point of the plane; default 0 0 0 */
+    double normal[3];   /* [1] towards the grains; normalised by the library; no default */
+    double velocity[3]; /* [m/s] of the plane: along the normal it moves, within the plane it drags; default 0 0 0 */
 } talus_wall;
 
 typedef struct talus_wall_state {
@@ -211,15 +219,16 @@ typedef struct talus_wall_state {
     int32_t contacts;   /* grains in touch */
     double point[3];    /* [m] now */
     double velocity[3]; /* [m/s] */
-    double force[3];    /* [N] of the grains on the wall, last force evaluation */
+    double force[3];    /* [N] of the grains on the wall, last force evaluation: positions at the end of the last step, velocities at its half */
     double torque[3];   /* [N m] about the origin */
     double work;        /* [J] done by the wall on the grains since the start */
 } talus_wall_state;
 
 TALUS_API talus_status talus_wall_init(talus_wall *out_wall);
 TALUS_API talus_status talus_wall_state_init(talus_wall_state *out_state);
-/** Add an unbounded plane before the first step; at most 32. @param out_id 0, 1, 2 ... [collective] */
+/** Add an unbounded plane before the first step; at most 32. @param out_id 0, 1, 2 ..., may be NULL [collective] */
 TALUS_API talus_status talus_wall_add(talus_engine *engine, const talus_wall *wall, int32_t *out_id);
+/** The wall moves at this velocity [m/s] from the next step on; what talus_wall_get() tells of forces does not change before. [collective] */
 TALUS_API talus_status talus_wall_set_velocity(talus_engine *engine, int32_t wall, const double velocity[3]);
 /** Same values on every rank. [collective] */
 TALUS_API talus_status talus_wall_get(talus_engine *engine, int32_t wall, talus_wall_state *out_state);
@@ -247,7 +256,7 @@ typedef struct talus_particles {
 TALUS_API talus_status talus_particles_init(talus_particles *out_particles);
 /** Insert grains; any rank may give any of them: each is sent to its owner. All faults (label given twice, outside
  *  the domain, not finite, overlap above `max_overlap` of the smaller radius) are checked before any change.
- *  @param max_overlap [1] 0 < f <= 1, e.g. 0.05 [collective: own particles on each rank] */
+ *  @param max_overlap [1] 0 <= f <= 1, e.g. 0.05 [collective: own particles on each rank] */
 TALUS_API talus_status talus_particles_insert(talus_engine *engine, const talus_particles *particles, double max_overlap);
 
 typedef struct talus_fill {
@@ -265,7 +274,9 @@ typedef struct talus_fill {
 TALUS_API talus_status talus_fill_init(talus_fill *out_fill);
 /** Fill a box at random without overlaps, layer by layer upwards (against gravity's largest component): grains on
  *  a jittered lattice, each place's random numbers keyed by seed and place (Philox4x32-10), so that the bed does not
- *  depend on ranks. @param out_count grains placed in all [collective] */
+ *  depend on ranks. Labels go up to first_label plus the number of lattice places in the box: for several fills give each a range
+ *  of its own, say 2^40 apart. Fewer grains than asked for are no failure.
+ *  @param out_count grains placed in all, may be NULL [collective] */
 TALUS_API talus_status talus_particles_fill(talus_engine *engine, const talus_fill *fill, int64_t *out_count);
 
 /** Set how a group moves. velocity and angular_velocity are read for DRIVEN (NULL: zero). [collective] */
@@ -277,7 +288,7 @@ TALUS_API talus_status talus_particles_stop(talus_engine *engine);
 /** Colour by horizontal layers of equal thickness: colour = floor((x.axis - origin)/thickness) mod 256. [collective]
  *  @param axis 0 x, 1 y, 2 z */
 TALUS_API talus_status talus_particles_colour_layers(talus_engine *engine, int32_t axis, double origin, double thickness);
-/** Remove grains whose centre lies above `level` along `axis`; their contacts end. @param out_removed over all ranks [collective] */
+/** Remove grains whose centre lies above `level` along `axis`; their contacts end. @param out_removed over all ranks, may be NULL [collective] */
 TALUS_API talus_status talus_particles_remove_above(talus_engine *engine, int32_t axis, double level, int64_t *out_removed);
 /** Remove grains whose centre lies in a box, lo <= x < hi; their contacts end. @param out_removed over all ranks, may be NULL [collective] */
 TALUS_API talus_status talus_particles_remove_box(talus_engine *engine, const double lo[3], const double hi[3], int64_t *out_removed);
@@ -325,9 +336,9 @@ typedef struct talus_state {
     double imbalance;         /* [1] max/mean of busy time over ranks since the last rebuild */
     double skin;              /* [m] of the present lists */
     double bytes_per_particle;/* largest over ranks of engine bytes / grains */
-    double kinetic_energy;    /* [J] translation and rotation */
-    double max_speed;         /* [m/s] */
-    double unbalanced_force;  /* [1] mean |net force| / mean |contact force|; 0 without contacts */
+    double kinetic_energy;    /* [J] translation and rotation, driven grains included */
+    double max_speed;         /* [m/s] likewise */
+    double unbalanced_force;  /* [1] mean |net force| of free grains / mean |contact force|; 0 without contacts */
     double max_overlap;       /* [1] largest overlap / smaller radius among contacts of grains */
     uint64_t digest_lo, digest_hi; /* order-free 128-bit digest of the whole state */
     int64_t halo_messages;    /* that all ranks together send in a step, with the present lists */
@@ -335,7 +346,11 @@ typedef struct talus_state {
 } talus_state;
 
 TALUS_API talus_status talus_state_init(talus_state *out_state);
-/** Everything above, agreed over ranks. Costs about a force evaluation. [collective] */
+/** The same for a struct of this size. [local] */
+TALUS_API talus_status talus_state_init_sized(talus_state *out_state, size_t struct_size);
+#define talus_state_init(out_state) talus_state_init_sized((out_state), sizeof(talus_state))
+/** Everything above, agreed over ranks. Costs about a force evaluation. Like all that looks at contacts (energy, stress, contacts), it
+ *  first prepares an engine whose grains or walls have changed, as talus_engine_step(engine, 0) would; views are then stale. [collective] */
 TALUS_API talus_status talus_engine_state(talus_engine *engine, talus_state *out_state);
 
 typedef struct talus_rank {
@@ -393,7 +408,8 @@ TALUS_API talus_status talus_engine_internal_force_sum(talus_engine *engine, int
  *  @param capacity items that fit out_data @param out_data type and components as listed @param out_count grains of this rank
  *  @return ARGUMENT if capacity is too small (out_count is then written) */
 TALUS_API talus_status talus_particles_copy(talus_engine *engine, int32_t field, int64_t capacity, void *out_data, int64_t *out_count);
-/** Gather a field of all grains ordered by label to rank 0; other ranks get count 0. [collective] */
+/** Gather a field of all grains ordered by label to rank 0; other ranks get count 0, and may give capacity 0 and NULL. A capacity of
+ *  rank 0 that is too small is the error of all. [collective: same field] */
 TALUS_API talus_status talus_particles_gather(talus_engine *engine, int32_t field, int64_t capacity, void *out_data, int64_t *out_count);
 
 /* Fields of contacts that touch, each contact once. i is the grain with the smaller label; j is the other grain, or TALUS_WALL_LABEL
@@ -417,12 +433,13 @@ typedef struct talus_view {
     int32_t components;   /* 1 or 3 */
     int64_t count;        /* grains of this rank, in slot order */
     int64_t stride;       /* bytes from one grain to the next */
-    const double *data;   /* first component of the first grain; const: never write */
+    const double *data;   /* first component of the first grain; const: never write; not to be read when count is 0 */
     uint64_t generation;  /* stale as soon as talus_engine_generation() differs */
 } talus_view;
 TALUS_API talus_status talus_view_init(talus_view *out_view);
 /** View a field without a copy: POSITION, RADIUS, VELOCITY, ANGULAR_VELOCITY or MASS. Valid until the next mutating call. [local] */
 TALUS_API talus_status talus_particles_view(talus_engine *engine, int32_t field, talus_view *out_view);
+/** A number that changes whenever views become stale: stepping, inserting, removing, setting velocities, restoring. [local] */
 TALUS_API talus_status talus_engine_generation(const talus_engine *engine, uint64_t *out_generation);
 
 typedef struct talus_phase {
@@ -457,7 +474,7 @@ TALUS_API talus_status talus_engine_memory(talus_engine *engine, talus_memory *o
 /** Write the whole state to one HDF5 file (temporary name, flush, rename). [collective] */
 TALUS_API talus_status talus_checkpoint_save(talus_engine *engine, const char *path);
 /** Create an engine from a checkpoint, on any number of ranks. Physics comes from the file; of `settings` only
- *  threads, skin, tile_grains, rebalance and rank_grid are used. [collective]
+ *  threads, skin, tile_grains, rebalance, rebalance_interval and rank_grid are used, and the others may stay as _init left them. [collective]
  *  @param comm_f as talus_engine_create_mpi, or TALUS_SERIAL for a serial engine */
 #define TALUS_SERIAL INT32_MIN
 TALUS_API talus_status talus_checkpoint_load(const char *path, const talus_settings *settings, int32_t comm_f, talus_engine **out_engine);

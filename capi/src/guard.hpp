@@ -147,12 +147,15 @@ void write_items(Struct* to, std::size_t size, std::span<const Struct> items) {
     }
 }
 
+/// Fill a caller's struct of this size: not a byte behind it, and struct_size says what was filled.
 template <class Struct>
-talus_status init_struct(Struct* out, Struct value) noexcept {
+talus_status init_struct(Struct* out, Struct value, std::size_t size = sizeof(Struct)) noexcept {
     return guarded(thread_message(), [&]() -> talus_status {
         require(out, "the struct");
-        value.struct_size = sizeof(Struct);
-        *out = value;
+        if (size < 2 * sizeof(std::uint32_t)) core::fail(core::ErrorKind::argument, "struct_size = {}: smaller than any struct of Talus", size);
+        const std::size_t known = size < sizeof(Struct) ? size : sizeof(Struct);
+        value.struct_size = static_cast<std::uint32_t>(known);
+        std::memcpy(static_cast<void*>(out), &value, known);
         return TALUS_OK;
     });
 }

@@ -52,7 +52,9 @@ void talus_engine_request_stop(talus_engine* engine) {
     if (engine != nullptr && engine->live == talus_engine::kLive) engine->engine->request_stop();
 }
 
-talus_status talus_state_init(talus_state* out) { return init_struct(out, talus_state{}); }
+// The name itself is called by programs of the first header, which have room for no more.
+talus_status(talus_state_init)(talus_state* out) { return init_struct(out, talus_state{}, offsetof(talus_state, halo_messages)); }
+talus_status talus_state_init_sized(talus_state* out, size_t struct_size) { return init_struct(out, talus_state{}, struct_size); }
 
 talus_status talus_engine_state(talus_engine* engine, talus_state* out_state) {
     return with_engine(engine, [&](runtime::Engine& e) {

@@ -165,7 +165,9 @@ const char* talus_build_info(void) {
 }
 
 talus_status talus_laws_init(talus_laws* out) { return init_struct(out, default_laws()); }
-talus_status talus_settings_init(talus_settings* out) { return init_struct(out, default_settings()); }
+// The name itself is called by programs of the first header, which have room for no more.
+talus_status(talus_settings_init)(talus_settings* out) { return init_struct(out, default_settings(), offsetof(talus_settings, rebalance_interval)); }
+talus_status talus_settings_init_sized(talus_settings* out, size_t struct_size) { return init_struct(out, default_settings(), struct_size); }
 
 talus_status talus_engine_create(const talus_settings* settings, talus_engine** out_engine) {
     return create(out_engine, [&] { return make_engine(settings, communicator(TALUS_SERIAL), out_engine); });

@@ -52,7 +52,7 @@ try 's/^TALUS_API int32_t talus_version/TALUS_API int64_t talus_version/' 0     
 try 's/(^ *)double time; .*/\1double more;\n&/' 0                                                 # a member in between
 try 's/^( *)int32_t periodic\[3\];/\1int32_t periodic[4];/' 0                                     # an array that grew
 try 's/^\} talus_laws;/    double more;\n&/' 0                                                    # inside talus_settings
-try 's/^\} talus_phase;/    double more;\n&/' 0                                                   # in an array of the library's stride
-try 's/^\} talus_rank;/    double more;\n&/' 0
+try 's/^\} talus_phase;/    double more;\n&/' 1                                                   # in an array of the caller's stride
+try 's/^\} talus_rank;/    double more;\n&/' 1
 try 's/^(#define TALUS_ERR_IO) .*/\1 (-15)/' 0                                                    # another number
 try 's/^#define TALUS_FIELD_OWNER .*//' 0                                                         # a constant less

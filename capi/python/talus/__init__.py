@@ -27,19 +27,20 @@ Library    see talus._library: $TALUS_LIBRARY, then the one installed with the p
 """
 
 from . import errors
-from ._constants import FIELDS, Damping, Field, Group, Normal, Rebalance, Rolling, RollingRadius, Status, Tangential
+from ._constants import CONTACT_FIELDS, FIELDS, WALL_LABEL, ContactField, Damping, Field, Group, Normal, Rebalance, Rolling, RollingRadius, Status, Tangential
 from ._observe import InternalForce, Stress
-from ._structs import Contact, Energy, Fill, Laws, Material, Phase, Rank, Settings, State, Wall, WallState
-from .engine import Engine, build_info, rank_grid, status_string, version
+from ._structs import Contact, Energy, Fill, Laws, Material, Memory, Phase, Rank, Settings, State, Wall, WallState
+from .engine import Engine, Kept, build_info, rank_grid, status_string, version
 from .errors import (ArgumentError, BusyError, CapacityError, ClosedError, CommError, FileError, InternalError, LostError,
                      StaleArrayWarning, StaleView, StateError, TalusError, UnstableError, UnsupportedError)
 from .view import View
 
 __all__ = [
-    "Engine", "View", "errors",
+    "Engine", "Kept", "View", "errors",
     "Settings", "Laws", "Material", "Contact", "Wall", "Fill",
     "State", "Energy", "WallState", "Rank", "Phase", "Stress", "InternalForce",
     "Status", "Normal", "Damping", "Tangential", "Rolling", "RollingRadius", "Rebalance", "Group", "Field", "FIELDS",
+    "ContactField", "CONTACT_FIELDS", "WALL_LABEL", "Memory",
     "TalusError", "ArgumentError", "StateError", "UnstableError", "LostError", "FileError", "CommError", "CapacityError",
     "UnsupportedError", "InternalError", "ClosedError", "BusyError", "StaleView", "StaleArrayWarning",
     "rank_grid", "version", "build_info", "status_string",

@@ -113,6 +113,28 @@ FIELDS: dict[Field, tuple[str, int]] = {
     Field.OWNER: ("i4", 1),
 }
 
+class ContactField(enum.IntEnum):
+    """A value that every contact has. See CONTACT_FIELDS for type and shape."""
+
+    LABELS = 0
+    FORCE = 1
+    NORMAL = 2
+    POINT = 3
+    OVERLAP = 4
+    SLIDING = 5
+
+
+#: numpy type and components of each field of contacts
+CONTACT_FIELDS: dict[ContactField, tuple[str, int]] = {
+    ContactField.LABELS: ("i8", 2),
+    ContactField.FORCE: ("f8", 3),
+    ContactField.NORMAL: ("f8", 3),
+    ContactField.POINT: ("f8", 3),
+    ContactField.OVERLAP: ("f8", 1),
+    ContactField.SLIDING: ("i4", 1),
+}
+
+WALL_LABEL = 2**62  #: plus the id of a wall: the second label of its contacts
 SERIAL = -(2**31)  #: stands for "no communicator" in talus_checkpoint_load
 
 #: the prefix that the header puts before the members of each class
@@ -126,6 +148,7 @@ ENUMERATIONS: dict[str, type[enum.IntEnum]] = {
     "TALUS_REBALANCE_": Rebalance,
     "TALUS_GROUP_": Group,
     "TALUS_FIELD_": Field,
+    "TALUS_CONTACT_": ContactField,
 }
 
 
@@ -138,6 +161,7 @@ def header_constants() -> dict[str, int]:
         "TALUS_VERSION_PATCH": patch,
         "TALUS_VERSION_NUMBER": major * 10000 + minor * 100 + patch,
         "TALUS_SERIAL": SERIAL,
+        "TALUS_WALL_LABEL": WALL_LABEL,
     }
     for prefix, enumeration in ENUMERATIONS.items():
         found.update((prefix + member.name, int(member)) for member in enumeration)

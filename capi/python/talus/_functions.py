@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ctypes import POINTER, c_char_p, c_double, c_int32, c_int64, c_uint64, c_void_p
+from ctypes import POINTER, c_char_p, c_double, c_int32, c_int64, c_size_t, c_uint64, c_void_p
 from typing import Any
 
 from . import _structs as s
@@ -11,6 +11,7 @@ from ._library import lib
 engine = c_void_p  # the opaque handle
 doubles = POINTER(c_double)
 out_engine = POINTER(engine)
+kept = c_void_p  # the opaque state in memory
 out_int32, out_int64, out_uint64 = POINTER(c_int32), POINTER(c_int64), POINTER(c_uint64)
 
 
@@ -24,6 +25,7 @@ STATUS_FUNCTIONS: dict[str, list[Any]] = {
     # settings
     "talus_laws_init": [to(s.Laws)],
     "talus_settings_init": [to(s.Settings)],
+    "talus_settings_init_sized": [to(s.Settings), c_size_t],
     # life cycle
     "talus_engine_create": [to(s.Settings), out_engine],
     "talus_engine_create_mpi": [to(s.Settings), c_int32, out_engine],
@@ -54,12 +56,17 @@ STATUS_FUNCTIONS: dict[str, list[Any]] = {
     "talus_particles_stop": [engine],
     "talus_particles_colour_layers": [engine, c_int32, c_double, c_double],
     "talus_particles_remove_above": [engine, c_int32, c_double, out_int64],
+    "talus_particles_remove_box": [engine, doubles, doubles, out_int64],
+    "talus_particles_remove": [engine, c_int64, out_int64, out_int64],
     "talus_particles_mark_reference": [engine],
     # stepping
     "talus_engine_step": [engine, c_int64, out_int64],
+    "talus_engine_advance_to": [engine, c_double, out_int64],
     # observing
     "talus_state_init": [to(s.State)],
+    "talus_state_init_sized": [to(s.State), c_size_t],
     "talus_engine_state": [engine, to(s.State)],
+    "talus_rank_init": [to(s.Rank)],
     "talus_engine_ranks": [engine, out_int32, to(s.Rank)],
     "talus_energy_init": [to(s.Energy)],
     "talus_engine_energy": [engine, to(s.Energy)],
@@ -67,13 +74,19 @@ STATUS_FUNCTIONS: dict[str, list[Any]] = {
     "talus_engine_internal_force_sum": [engine, out_int64, doubles],
     "talus_particles_copy": [engine, c_int32, c_int64, c_void_p, out_int64],
     "talus_particles_gather": [engine, c_int32, c_int64, c_void_p, out_int64],
+    "talus_contacts_copy": [engine, c_int32, c_int64, c_void_p, out_int64],
     "talus_view_init": [to(s.ViewRecord)],
     "talus_particles_view": [engine, c_int32, to(s.ViewRecord)],
     "talus_engine_generation": [engine, out_uint64],
+    "talus_phase_init": [to(s.Phase)],
     "talus_engine_phases": [engine, out_int32, to(s.Phase)],
+    "talus_memory_init": [to(s.Memory)],
+    "talus_engine_memory": [engine, to(s.Memory)],
     # files
     "talus_checkpoint_save": [engine, c_char_p],
     "talus_checkpoint_load": [c_char_p, to(s.Settings), c_int32, out_engine],
+    "talus_engine_keep": [engine, POINTER(kept)],
+    "talus_engine_restore": [engine, kept],
     "talus_snapshot_write": [engine, c_char_p],
     "talus_trace_start": [engine, c_char_p, c_int64],
 }
@@ -85,6 +98,7 @@ OTHER_FUNCTIONS: dict[str, tuple[Any, list[Any]]] = {
     "talus_version": (c_int32, []),
     "talus_build_info": (c_char_p, []),
     "talus_engine_destroy": (None, [engine]),
+    "talus_kept_destroy": (None, [kept]),
     "talus_engine_message": (c_char_p, [engine]),
     "talus_engine_request_stop": (None, [engine]),
 }

@@ -104,6 +104,23 @@ class Grains(Handle):
         self._call(lib.talus_particles_remove_above, axis_of(axis), _arrays.real("level", level), removed)
         return removed.value
 
+    def remove_box(self, lo: Any, hi: Any) -> int:
+        """Remove the grains with their centre in the box lo <= x < hi [m]. Returns how many, over all ranks. [collective]"""
+        removed = c_int64()
+        self._call(lib.talus_particles_remove_box, _arrays.doubles("lo", lo), _arrays.doubles("hi", hi), removed)
+        return removed.value
+
+    def remove(self, labels: Any) -> int:
+        """Remove grains by label, whichever rank holds them. Returns how many, over all ranks.
+
+        Raises ArgumentError, and removes none, if there is no grain of a label. [collective: own labels on each rank]"""
+        wanted = np.atleast_1d(_arrays.converted("labels", labels, "i8"))
+        if wanted.ndim != 1:
+            raise ValueError(f"labels: takes shape (n,), was given {wanted.shape}")
+        removed = c_int64()
+        self._call(lib.talus_particles_remove, len(wanted), pointer(wanted, c_int64), removed)
+        return removed.value
+
     def mark_reference(self) -> None:
         """Take the present positions as the origin of the displacement field. [collective]"""
         self._call(lib.talus_particles_mark_reference)

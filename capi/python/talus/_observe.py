@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import ctypes
 from ctypes import c_double, c_int32, c_int64
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Union
 
 import numpy as np
 
-from . import _arrays
+from . import _arrays, _constants
 from ._arrays import Array
+from ._constants import CONTACT_FIELDS, ContactField
 from ._handle import Handle
 from ._library import lib
-from ._structs import Energy, Phase, Rank, State
+from ._structs import Energy, Memory, Phase, Rank, State
 from .errors import ArgumentError
 
 
@@ -67,6 +68,25 @@ class Observer(Handle):
         """Busy time of each phase since creation."""
         return self._records(lib.talus_engine_phases, Phase, 32)
 
+    def contacts(self, field: Union[ContactField, int, str]) -> Array:
+        """A field of the contacts whose grain i (the one with the smaller label) this rank holds, ordered by i, then j: labels
+        (n, 2) int64, force on i [N], unit normal from j to i, point [m], all (n, 3), overlap (n,) [m], or sliding (n,) int32.
+        j of a contact with a wall is WALL_LABEL plus its id."""
+        wanted = ContactField(_constants.choose(ContactField, field, "field"))
+        dtype, components = CONTACT_FIELDS[wanted]
+        count = c_int64()
+        self._call(lib.talus_contacts_copy, int(wanted), 0, None, count)
+        # A rank with no contacts must still give room, since a capacity of zero only asks.
+        array: Array = np.empty((count.value + 1,) if components == 1 else (count.value + 1, components), dtype)
+        self._call(lib.talus_contacts_copy, int(wanted), len(array), array.ctypes.data, count)
+        return array[: count.value]
+
+    def memory(self) -> Memory:
+        """Bytes that this rank's engine holds now, by category. [local]"""
+        memory = Memory()
+        self._call(lib.talus_engine_memory, memory)
+        return memory
+
     @property
     def rank(self) -> int:
         """This rank. [local]"""
@@ -88,18 +108,14 @@ class Observer(Handle):
         return rank.value, ranks.value
 
     def _records(self, function: Any, kind: Any, capacity: int) -> list[Any]:
-        """An array of structs. The library strides by its own size of them, which it writes into each: there is room for
-        a newer one that has more members."""
-        own = ctypes.sizeof(kind)
+        """An array of structs, whose first one tells the library how far apart they stand."""
         while True:
-            room = ctypes.create_string_buffer(capacity * own * 4)
+            room = (kind * capacity)(kind())
             count = c_int32(capacity)
             try:
-                self._call(function, count, ctypes.cast(room, ctypes.POINTER(kind)))
-                break
+                self._call(function, count, room)
+                return list(room[: count.value])
             except ArgumentError:
                 if count.value <= capacity:
                     raise
                 capacity = count.value
-        stride = int.from_bytes(room[:4], "little") if count.value else own  # struct_size is the first member
-        return [kind.from_buffer_copy(room.raw[k * stride : k * stride + own]) for k in range(count.value)]

@@ -35,7 +35,13 @@ class Struct(ctypes.Structure):
         super().__init__()
         if self.INIT is not None:
             room = ctypes.create_string_buffer(ROOM_FOR_INIT)
-            getattr(lib, self.INIT)(ctypes.cast(room, ctypes.POINTER(type(self))))
+            into = ctypes.cast(room, ctypes.POINTER(type(self)))
+            # A struct that has grown has an init that is told its size; the other one fills what the first header had.
+            sized = getattr(lib, self.INIT + "_sized", None)
+            if sized is None:
+                getattr(lib, self.INIT)(into)
+            else:
+                sized(into, ctypes.c_size_t(ctypes.sizeof(self)))
             ctypes.memmove(ctypes.addressof(self), room, ctypes.sizeof(self))
         self.struct_size = ctypes.sizeof(self)
         for name, value in values.items():

@@ -185,7 +185,7 @@ class State(Struct):
 class Rank(Struct):
     """What one rank holds, sends and takes."""
 
-    C_NAME = "talus_rank"
+    C_NAME, INIT = "talus_rank", "talus_rank_init"
     _fields_ = [
         ("struct_size", c_uint32),
         ("rank", c_int32),
@@ -238,7 +238,7 @@ class ViewRecord(Struct):
 class Phase(Struct):
     """Busy time of one phase: name, min, mean and max over ranks [s], calls."""
 
-    C_NAME = "talus_phase"
+    C_NAME, INIT = "talus_phase", "talus_phase_init"
     _fields_ = [
         ("struct_size", c_uint32),
         ("reserved", c_int32),
@@ -250,8 +250,24 @@ class Phase(Struct):
     ]
 
 
+class Memory(Struct):
+    """Bytes of one rank's engine by category: records, cells, sums, pairs, histories, rebuild."""
+
+    C_NAME, INIT = "talus_memory", "talus_memory_init"
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("reserved", c_int32),
+        ("records", c_int64),
+        ("cells", c_int64),
+        ("sums", c_int64),
+        ("pairs", c_int64),
+        ("histories", c_int64),
+        ("rebuild", c_int64),
+    ]
+
+
 #: every struct of the header that is bound, by its name there
 STRUCTS: dict[str, type[ctypes.Structure]] = {
     struct.C_NAME: struct
-    for struct in (Laws, Settings, Material, Contact, Wall, WallState, Particles, Fill, State, Rank, Energy, ViewRecord, Phase)
+    for struct in (Laws, Settings, Material, Contact, Wall, WallState, Particles, Fill, State, Rank, Energy, ViewRecord, Phase, Memory)
 }

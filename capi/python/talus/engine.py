@@ -37,6 +37,16 @@ def path_of(path: Path) -> bytes:
     return text
 
 
+class Kept:
+    """A state of an engine in memory, made by Engine.keep(); freed with the object."""
+
+    def __init__(self, pointer: c_void_p) -> None:
+        self.pointer = pointer
+
+    def __del__(self) -> None:
+        lib.talus_kept_destroy(self.pointer)
+
+
 class Engine(Setup, Grains, Observer):
     """One simulation.
 
@@ -93,15 +103,34 @@ class Engine(Setup, Grains, Observer):
 
         Ctrl-C is seen when the call returns: take a million steps in calls of some thousand. A call costs next to
         nothing."""
+        return self._advance(lib.talus_engine_step, _arrays.integer("n_steps", n_steps, "i8"))
+
+    def advance_to(self, time: float) -> int:
+        """Step until a time [s] is reached: the last step ends there or less than a step beyond it. [collective: same time]
+
+        Returns and raises as step()."""
+        return self._advance(lib.talus_engine_advance_to, _arrays.real("time", time))
+
+    def _advance(self, function: Any, how_far: Any) -> int:
         done = c_int64()
         self._stopped = False
         try:
-            status = self._call(lib.talus_engine_step, _arrays.integer("n_steps", n_steps, "i8"), done)
+            status = self._call(function, how_far, done)
         except TalusError as error:
             error.done = done.value
             raise
         self._stopped = stopped(status)
         return done.value
+
+    def keep(self) -> Kept:
+        """The whole state, in memory, for restore(): implicit coupling tries a step more than once. [collective]"""
+        pointer = c_void_p()
+        self._call(lib.talus_engine_keep, pointer)
+        return Kept(pointer)
+
+    def restore(self, kept: Kept) -> None:
+        """Go back to a state that this engine kept, as often as wanted; the same bits follow. [collective]"""
+        self._call(lib.talus_engine_restore, kept.pointer)
 
     @property
     def stopped(self) -> bool:
