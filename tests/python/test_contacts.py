@@ -23,7 +23,7 @@ def test_a_grain_pressed_into_the_floor_and_its_neighbour_are_seen_as_contacts()
 
 
 def test_contacts_are_as_many_as_the_state_counts_and_none_is_none(world):
-    world.step(2000)
+    world.step(20000)
     state = world.state()
     assert len(world.contacts("force")) == state.contacts + state.wall_contacts > 100
     with prepared() as engine:

@@ -36,12 +36,9 @@ class Struct(ctypes.Structure):
         if self.INIT is not None:
             room = ctypes.create_string_buffer(ROOM_FOR_INIT)
             into = ctypes.cast(room, ctypes.POINTER(type(self)))
-            # A struct that has grown has an init that is told its size; the other one fills what the first header had.
-            sized = getattr(lib, self.INIT + "_sized", None)
-            if sized is None:
-                getattr(lib, self.INIT)(into)
-            else:
-                sized(into, ctypes.c_size_t(ctypes.sizeof(self)))
+            # A struct that has grown has an init that is told its size; its first one fills what the first header had.
+            size = (ctypes.sizeof(self),) if self.INIT.endswith("_sized") else ()
+            getattr(lib, self.INIT)(into, *size)
             ctypes.memmove(ctypes.addressof(self), room, ctypes.sizeof(self))
         self.struct_size = ctypes.sizeof(self)
         for name, value in values.items():

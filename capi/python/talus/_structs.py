@@ -37,7 +37,7 @@ class Laws(Struct):
 class Settings(Struct):
     """All that an engine is created with. domain_lo, domain_hi [m] and time_step [s] have no default."""
 
-    C_NAME, INIT = "talus_settings", "talus_settings_init"
+    C_NAME, INIT = "talus_settings", "talus_settings_init_sized"
     CHOICES = {"rebalance": Rebalance}
     _fields_ = [
         ("struct_size", c_uint32),
@@ -146,7 +146,7 @@ class Fill(Struct):
 class State(Struct):
     """Counts and sums of the whole engine; see talus.h for each."""
 
-    C_NAME, INIT = "talus_state", "talus_state_init"
+    C_NAME, INIT = "talus_state", "talus_state_init_sized"
     _fields_ = [
         ("struct_size", c_uint32),
         ("threads", c_int32),
