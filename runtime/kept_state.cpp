@@ -53,8 +53,4 @@ void KeptState::restore(EngineState& s) const {
     sub.wall_impulse = wall_impulse_;
 }
 
-std::size_t KeptState::bytes() const {
-    return particles_.size() * sizeof(core::Particle) + references_.size() * sizeof(core::Reference) + sums_.size() * sizeof(core::ForceSum) + contacts_.bytes();
-}
-
 } // namespace talus::runtime

@@ -16,8 +16,6 @@ public:
     /// Give it back to the engine it came from, as a loaded checkpoint would stand. [local]
     void restore(EngineState& s) const;
 
-    std::size_t bytes() const;
-
 private:
     Model model_;
     core::PairParameters pairs_[core::kMaxMaterials][core::kMaxMaterials];

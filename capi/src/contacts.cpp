@@ -12,7 +12,7 @@ namespace {
 /// What a field is made of: up to three numbers of a contact, as the type that the caller gets.
 struct Field {
     std::size_t bytes;
-    std::function<core::Vec3d(const core::ContactView&)> value; // empty for labels
+    std::function<core::Vec3d(const core::ContactView&)> value; // of no concern for labels
     void (*put)(const runtime::ContactRow&, std::byte*);
 };
 
@@ -46,6 +46,7 @@ talus_status talus_contacts_copy(talus_engine* engine, int32_t field, int64_t ca
         runtime::agree(*s.comm, [&] {
             f = field_of(s, field);
             require(out_count, "out_count");
+            if (capacity < 0) core::fail(core::ErrorKind::argument, "capacity = {}: must be >= 0", capacity);
             if (capacity > 0) require(out_data, "out_data");
         });
         e.prepare_contacts();

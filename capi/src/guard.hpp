@@ -103,15 +103,21 @@ void require_on_all(runtime::Engine& e, const T* pointer, const char* name) {
     runtime::agree(*e.state().comm, [&] { require(pointer, name); });
 }
 
+/// The size that a caller's struct, or the first one of an array, says it has.
+template <class Struct>
+std::size_t size_of_struct(const Struct* given, const char* name) {
+    require(given, name);
+    const std::uint32_t size = given->struct_size;
+    if (size < 2 * sizeof(std::uint32_t) || size > 65536)
+        core::fail(core::ErrorKind::argument, "{}.struct_size = {}: call its _init function first", name, size);
+    return size;
+}
+
 /// Read a caller's struct: what its size covers, over defaults for the rest.
 /// @param defaults made by the struct's _init
 template <class Struct>
 Struct read_struct(const Struct* from, const char* name, Struct defaults) {
-    require(from, name);
-    const std::uint32_t size = from->struct_size;
-    if (size < 2 * sizeof(std::uint32_t) || size > 65536)
-        core::fail(core::ErrorKind::argument, "{}.struct_size = {}: call its _init function before filling it", name, size);
-    std::memcpy(static_cast<void*>(&defaults), from, size < sizeof(Struct) ? size : sizeof(Struct));
+    std::memcpy(static_cast<void*>(&defaults), from, std::min(size_of_struct(from, name), sizeof(Struct)));
     defaults.struct_size = sizeof(Struct);
     return defaults;
 }
@@ -119,23 +125,11 @@ Struct read_struct(const Struct* from, const char* name, Struct defaults) {
 /// Write to a caller's struct no more than its size covers.
 template <class Struct>
 void write_struct(Struct* to, const char* name, Struct value) {
-    require(to, name);
-    const std::uint32_t size = to->struct_size;
-    if (size < 2 * sizeof(std::uint32_t) || size > 65536)
-        core::fail(core::ErrorKind::argument, "{}.struct_size = {}: call its _init function first", name, size);
-    value.struct_size = size;
-    std::memcpy(static_cast<void*>(to), &value, size < sizeof(Struct) ? size : sizeof(Struct));
+    const std::size_t size = size_of_struct(to, name);
+    value.struct_size = static_cast<std::uint32_t>(size);
+    std::memcpy(static_cast<void*>(to), &value, std::min(size, sizeof(Struct)));
 }
 
-/// The size of the items of a caller's array, as its first one says.
-template <class Struct>
-std::size_t item_size(const Struct* first, const char* name) {
-    require(first, name);
-    const std::uint32_t size = first->struct_size;
-    if (size < 2 * sizeof(std::uint32_t) || size > 65536)
-        core::fail(core::ErrorKind::argument, "{}[0].struct_size = {}: call its _init function on the first item", name, size);
-    return size;
-}
 /// Write items to a caller's array, no more of each than an item there has.
 template <class Struct>
 void write_items(Struct* to, std::size_t size, std::span<const Struct> items) {
@@ -153,7 +147,7 @@ talus_status init_struct(Struct* out, Struct value, std::size_t size = sizeof(St
     return guarded(thread_message(), [&]() -> talus_status {
         require(out, "the struct");
         if (size < 2 * sizeof(std::uint32_t)) core::fail(core::ErrorKind::argument, "struct_size = {}: smaller than any struct of Talus", size);
-        const std::size_t known = size < sizeof(Struct) ? size : sizeof(Struct);
+        const std::size_t known = std::min(size, sizeof(Struct));
         value.struct_size = static_cast<std::uint32_t>(known);
         std::memcpy(static_cast<void*>(out), &value, known);
         return TALUS_OK;
@@ -161,5 +155,16 @@ talus_status init_struct(Struct* out, Struct value, std::size_t size = sizeof(St
 }
 
 core::Laws to_laws(const talus_laws& l);
+
+/// Read the corners of a box, which must not be empty.
+inline void read_box(const double* lo, const double* hi, double (&from)[3], double (&to)[3]) {
+    require(lo, "lo");
+    require(hi, "hi");
+    for (int a = 0; a < 3; ++a) {
+        from[a] = lo[a];
+        to[a] = hi[a];
+        if (!(from[a] < to[a])) core::fail(core::ErrorKind::argument, "the box is empty along {}: {} to {}", "xyz"[a], from[a], to[a]);
+    }
+}
 
 } // namespace talus::capi

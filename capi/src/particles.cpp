@@ -199,15 +199,7 @@ talus_status talus_particles_remove_above(talus_engine* engine, int32_t axis, do
 talus_status talus_particles_remove_box(talus_engine* engine, const double lo[3], const double hi[3], int64_t* out_removed) {
     return with_engine(engine, [&](runtime::Engine& e) {
         double from[3], to[3];
-        runtime::agree(*e.state().comm, [&] {
-            require(lo, "lo");
-            require(hi, "hi");
-            for (int a = 0; a < 3; ++a) {
-                from[a] = lo[a];
-                to[a] = hi[a];
-                if (!(from[a] < to[a])) core::fail(core::ErrorKind::argument, "the box is empty along {}: {} to {}", "xyz"[a], from[a], to[a]);
-            }
-        });
+        runtime::agree(*e.state().comm, [&] { read_box(lo, hi, from, to); });
         const std::int64_t n = e.remove_box(from, to);
         if (out_removed != nullptr) *out_removed = n;
     });

@@ -14,11 +14,6 @@ double share_of_bytes(const runtime::EngineState& s) {
     return bytes / std::max<double>(1.0, s.sub.n_owned);
 }
 
-void copy_vector(const double* from, const char* name, double (&out)[3]) {
-    require(from, name);
-    for (int a = 0; a < 3; ++a) out[a] = from[a];
-}
-
 } // namespace
 
 /// @param steps_of  (engine) how many
@@ -103,7 +98,7 @@ talus_status talus_engine_ranks(talus_engine* engine, int32_t* io_count, talus_r
         std::size_t size = 0;
         runtime::agree(*s.comm, [&] {
             require(io_count, "io_count");
-            size = item_size(out_ranks, "out_ranks");
+            size = size_of_struct(out_ranks, "out_ranks");
             if (*io_count < n) {
                 const int32_t given = *io_count;
                 *io_count = n;
@@ -158,11 +153,8 @@ talus_status talus_engine_stress(talus_engine* engine, const double lo[3], const
     return with_engine(engine, [&](runtime::Engine& e) {
         double from[3], to[3];
         runtime::agree(*e.state().comm, [&] {
-            copy_vector(lo, "lo", from);
-            copy_vector(hi, "hi", to);
+            read_box(lo, hi, from, to);
             require(out_stress, "out_stress");
-            for (int a = 0; a < 3; ++a)
-                if (!(from[a] < to[a])) core::fail(core::ErrorKind::argument, "the box is empty along {}: {} to {}", "xyz"[a], from[a], to[a]);
         });
         e.prepare_contacts();
         const runtime::StressObservation o = runtime::observe_stress(e.state(), from, to);
@@ -191,7 +183,7 @@ talus_status talus_engine_phases(talus_engine* engine, int32_t* io_count, talus_
         std::size_t size = 0;
         runtime::agree(*e.state().comm, [&] {
             require(io_count, "io_count");
-            size = item_size(out_phases, "out_phases");
+            size = size_of_struct(out_phases, "out_phases");
             if (*io_count < runtime::kPhases) {
                 const int32_t given = *io_count;
                 *io_count = runtime::kPhases;
@@ -241,7 +233,8 @@ talus_status talus_checkpoint_save(talus_engine* engine, const char* path) {
 talus_status talus_engine_keep(talus_engine* engine, talus_kept** out_kept) {
     return with_engine(engine, [&](runtime::Engine& e) {
         require_on_all(e, out_kept, "out_kept");
-        auto kept = std::make_unique<talus_kept>();
+        std::unique_ptr<talus_kept> kept;
+        runtime::agree(*e.state().comm, [&] { kept = std::make_unique<talus_kept>(); });
         kept->of = engine->self;
         kept->state = e.keep();
         *out_kept = kept.release();

@@ -200,7 +200,7 @@ void talus_engine_destroy(talus_engine* engine) {
 const char* talus_engine_message(const talus_engine* engine) { return engine == nullptr || engine->live != talus_engine::kLive ? thread_message().c_str() : engine->message.c_str(); }
 
 talus_status talus_engine_rank(const talus_engine* engine, int32_t* out_rank, int32_t* out_ranks) {
-    return with_engine(engine, [&](runtime::Engine& e) {
+    return with_engine<LastStep::as_it_is>(engine, [&](runtime::Engine& e) {
         if (out_rank != nullptr) *out_rank = e.state().comm->rank();
         if (out_ranks != nullptr) *out_ranks = e.state().comm->size();
     });

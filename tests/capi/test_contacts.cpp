@@ -71,6 +71,7 @@ TEST(Contacts, are_as_many_as_the_state_counts_in_order_and_a_capacity_too_small
     EXPECT_EQ(n, s.contacts + s.wall_contacts);
     EXPECT_EQ(talus_contacts_copy(world.handle(), 99, 0, nullptr, &n), TALUS_ERR_ARGUMENT);
     EXPECT_EQ(talus_contacts_copy(world.handle(), TALUS_CONTACT_FORCE, 5, nullptr, &n), TALUS_ERR_ARGUMENT);
+    EXPECT_EQ(talus_contacts_copy(world.handle(), TALUS_CONTACT_FORCE, -1, small, &n), TALUS_ERR_ARGUMENT);
 }
 
 TEST(Removal, takes_grains_out_of_a_box_and_by_label_and_refuses_a_label_that_nobody_has) {
